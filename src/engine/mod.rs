@@ -1,0 +1,15 @@
+//! The engine: a building of floors, each module uses only floors below it.
+//!
+//! ```text
+//! run ← numerics ← mesh ← topology ← field ← parameterize ← quad ← fallback ┐
+//!                                                            certify, render ┴← methods ← pipeline
+//! ```
+//!
+//! Stages are functions from plain results to a plain result, with the [`run::RunContext`] first. All methods end in
+//! the same doors and share one extractor, one certificate and one report. `tests/architecture.rs` holds the plan.
+
+pub mod mesh;
+pub mod numerics;
+pub mod pipeline;
+pub mod quad;
+pub mod run;

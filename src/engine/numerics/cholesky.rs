@@ -1,0 +1,122 @@
+//! Sparse Cholesky factorisation with a kept symbolic part.
+//!
+//! Everything here is sequential on purpose: the factorisation is the same to the last bit whatever the number of
+//! threads, and the cores are used for independent components instead.
+
+use std::sync::Once;
+
+use faer::Side;
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::traits::ComplexField;
+
+/// A linear solve failed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SolveError {
+    /// The matrix is not positive definite to working precision.
+    #[error("the matrix of {n} unknowns is not positive definite")]
+    NotPositiveDefinite {
+        /// Number of unknowns.
+        n: usize,
+    },
+    /// The factorisation does not fit.
+    #[error("the factorisation of {n} unknowns does not fit into memory")]
+    TooLarge {
+        /// Number of unknowns.
+        n: usize,
+    },
+}
+
+/// A Hermitian (for real `T`: symmetric) sparse matrix of which the lower triangle is stored.
+#[derive(Clone, Debug)]
+pub struct HermitianMatrix<T> {
+    lower: SparseColMat<u32, T>,
+}
+
+impl<T: ComplexField + Copy> HermitianMatrix<T> {
+    /// Sums (row, column, value) entries of the lower triangle of an `n` × `n` matrix, row ≥ column. Entries of the
+    /// upper triangle are a bug of the caller: they would be ignored by the factorisation. O(nnz log nnz).
+    pub fn from_lower(n: usize, entries: &[(u32, u32, T)]) -> Self {
+        debug_assert!(entries.iter().all(|&(r, c, _)| r >= c && (r as usize) < n));
+        let triplets: Vec<_> = entries.iter().map(|&(r, c, v)| Triplet::new(r, c, v)).collect();
+        let lower = SparseColMat::try_new_from_triplets(n, n, &triplets).expect("indices are below n");
+        Self { lower }
+    }
+
+    /// Number of rows.
+    pub fn n(&self) -> usize {
+        self.lower.ncols()
+    }
+}
+
+/// A factorisation A = L Lᴴ.
+#[derive(Clone, Debug)]
+pub struct Cholesky<T: ComplexField> {
+    symbolic: SymbolicLlt<u32>,
+    factor: Llt<u32, T>,
+    n: usize,
+}
+
+impl<T: ComplexField + Copy> Cholesky<T> {
+    /// Analyses and factors a positive definite matrix.
+    ///
+    /// # Errors
+    /// [`SolveError`] if it is not positive definite or does not fit.
+    pub fn new(matrix: &HermitianMatrix<T>) -> Result<Self, SolveError> {
+        static SEQUENTIAL: Once = Once::new();
+        SEQUENTIAL.call_once(|| faer::set_global_parallelism(faer::Par::Seq));
+        let n = matrix.n();
+        let symbolic =
+            SymbolicLlt::try_new(matrix.lower.symbolic(), Side::Lower).map_err(|_| SolveError::TooLarge { n })?;
+        Self::with_symbolic(symbolic, matrix)
+    }
+
+    /// Factors another matrix of the same pattern.
+    ///
+    /// # Errors
+    /// As [`Cholesky::new`].
+    pub fn refactor(&self, matrix: &HermitianMatrix<T>) -> Result<Self, SolveError> {
+        Self::with_symbolic(self.symbolic.clone(), matrix)
+    }
+
+    fn with_symbolic(symbolic: SymbolicLlt<u32>, matrix: &HermitianMatrix<T>) -> Result<Self, SolveError> {
+        let n = matrix.n();
+        let factor = Llt::try_new_with_symbolic(symbolic.clone(), matrix.lower.as_ref(), Side::Lower)
+            .map_err(|_| SolveError::NotPositiveDefinite { n })?;
+        Ok(Self { symbolic, factor, n })
+    }
+
+    /// Number of unknowns.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Solves A x = b for each column of `columns` (column after column, each of length n), in place.
+    pub fn solve(&self, columns: &mut [T]) {
+        if self.n == 0 {
+            return;
+        }
+        let n_columns = columns.len() / self.n;
+        let b = faer::MatMut::from_column_major_slice_mut(columns, self.n, n_columns);
+        self.factor.solve_in_place(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_a_small_system_and_refuses_an_indefinite_one() {
+        let a = HermitianMatrix::from_lower(2, &[(0, 0, 4.0), (1, 0, 1.0), (1, 1, 3.0)]);
+        let factor = Cholesky::new(&a).unwrap();
+        let mut b = [1.0, 2.0, 5.0, 4.0];
+        factor.solve(&mut b);
+        for (x, expected) in b.iter().zip([1.0 / 11.0, 7.0 / 11.0, 1.0, 1.0]) {
+            assert!((x - expected).abs() < 1e-14);
+        }
+        let indefinite = HermitianMatrix::from_lower(2, &[(0, 0, 1.0), (1, 0, 2.0), (1, 1, 1.0)]);
+        assert_eq!(factor.refactor(&indefinite).unwrap_err(), SolveError::NotPositiveDefinite { n: 2 });
+    }
+}

@@ -1,0 +1,7 @@
+//! The engine's only door: a soup and a spec in, quads, map and report out.
+
+mod report;
+mod spec;
+
+pub use report::{InputReport, Level, MapReport, QuadReport, Repairs, Report, Singularity};
+pub use spec::{Align, Boundary, FeatureSpec, Method, Optimise, RemeshSpec, Target, WorkingMesh};

@@ -1,0 +1,153 @@
+//! What a run says about its result (contract.md, section 4). Plain data; the service turns it into JSON.
+
+/// Where the quads of a component came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Field and integer-grid map.
+    L0,
+    /// Combinatorial extraction from a seamless map.
+    L1,
+    /// Patch layout.
+    L2,
+    /// Quad-dominant remesh, every polygon split once.
+    L3,
+    /// Every triangle split into three quads.
+    L4,
+}
+
+/// How the conditioned surface differs from the input; one counter per kind of repair.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Repairs {
+    /// Repair name (`snake_case`, stable) and how often it was made; only what happened is listed, in a fixed order.
+    pub counts: Vec<(&'static str, usize)>,
+}
+
+impl Repairs {
+    /// Adds `n` to the counter `name`; nothing is listed for 0.
+    pub fn add(&mut self, name: &'static str, n: usize) {
+        if n == 0 {
+            return;
+        }
+        match self.counts.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, count)) => *count += n,
+            None => self.counts.push((name, n)),
+        }
+    }
+
+    /// The counter `name`.
+    pub fn count(&self, name: &str) -> usize {
+        self.counts.iter().find(|(known, _)| *known == name).map_or(0, |&(_, n)| n)
+    }
+}
+
+/// Numbers of the input after conditioning.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InputReport {
+    /// Vertices of the conditioned mesh.
+    pub vertices: usize,
+    /// Triangles of the conditioned mesh.
+    pub triangles: usize,
+    /// Connected components.
+    pub components: usize,
+    /// Boundary loops.
+    pub boundaries: usize,
+    /// Genus, summed over components.
+    pub genus: usize,
+    /// Interior feature edges.
+    pub feature_edges: usize,
+    /// What was repaired.
+    pub repairs: Repairs,
+}
+
+/// Measures of the quads. Distances relative to the bounding-box diagonal of the conditioned input, angles in degrees,
+/// RSD = standard deviation / mean.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct QuadReport {
+    /// Quads.
+    pub count: usize,
+    /// Vertices.
+    pub vertices: usize,
+    /// Interior vertices whose valence is not 4.
+    pub irregular_interior: usize,
+    /// Boundary vertices whose valence is not 3 (number of edges), corners of the surface left out.
+    pub irregular_boundary: usize,
+    /// Interior valence (number of quads) and how many vertices have it, ascending.
+    pub valences: Vec<(usize, usize)>,
+    /// Connected components.
+    pub components: usize,
+    /// Boundary loops.
+    pub boundaries: usize,
+    /// Genus, summed over components.
+    pub genus: usize,
+    /// RSD of edge lengths.
+    pub rsd_edge: f64,
+    /// RSD of corner angles.
+    pub rsd_angle: f64,
+    /// Minimum over quads of the minimum scaled Jacobian of the corners.
+    pub scaled_jacobian_min: f64,
+    /// Mean over quads of the minimum scaled Jacobian of the corners.
+    pub scaled_jacobian_mean: f64,
+    /// Two-sided sampled Hausdorff distance, maximum.
+    pub hausdorff_max: f64,
+    /// Mean distance from samples of the quads to the surface.
+    pub hausdorff_mean: f64,
+    /// Largest distance from a sample of a feature curve to the nearest quad edge.
+    pub feature_error_max: f64,
+    /// Mean of the same.
+    pub feature_error_mean: f64,
+    /// Quads whose normal opposes the surface's.
+    pub flipped: usize,
+}
+
+/// A singularity of the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Singularity {
+    /// Vertex of the working mesh.
+    pub vertex: u32,
+    /// Index in quarters: +1 is valence 3.
+    pub index_quarters: i32,
+    /// Position in grid units, in the chart of the vertex's first corner.
+    pub uv: [f64; 2],
+}
+
+/// Measures of the parameterisation; energies relative to ½‖X‖².
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MapReport {
+    /// Triangles of the working mesh.
+    pub triangles: usize,
+    /// Triangles with negative orientation in the map.
+    pub flipped: usize,
+    /// Largest deviation of a transition from a quarter turn plus an integer translation, in grid units.
+    pub seam_residual: f64,
+    /// Singularities.
+    pub singularities: Vec<Singularity>,
+    /// Area-weighted mean ARAP energy.
+    pub arap_mean: f64,
+    /// Area-weighted mean of σ1/σ2 + σ2/σ1 over triangles that are not flipped; 2 is conformal.
+    pub conformal_mean: f64,
+    /// Energy of the seamless map before rounding.
+    pub curl_energy: f64,
+    /// Energy added by rounding.
+    pub rounding_energy: f64,
+}
+
+/// The report of one run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Name of the method.
+    pub method: &'static str,
+    /// Whether the certificate passed.
+    pub certified: bool,
+    /// The worst level of the components.
+    pub level: Level,
+    /// Level per component, in order of the components' first faces.
+    pub component_levels: Vec<Level>,
+    /// The conditioned input.
+    pub input: InputReport,
+    /// The quads.
+    pub quads: QuadReport,
+    /// The map, where one was made.
+    pub map: Option<MapReport>,
+    /// Soft troubles, for people.
+    pub warnings: Vec<String>,
+}

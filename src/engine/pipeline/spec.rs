@@ -1,0 +1,127 @@
+//! What a user may ask for (contract.md, section 3), validated by the service before the engine sees it.
+
+use glam::DVec3;
+
+/// Which system runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Frame fields on a branched covering, integrated and rounded [kaelberer_2007].
+    #[default]
+    QuadCover,
+}
+
+/// The density asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// This many quads for the whole model, at least 1.
+    Quads(u64),
+    /// This edge length in model units, positive.
+    EdgeLength(f64),
+}
+
+/// What becomes of boundary loops.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Boundary {
+    /// Boundary loops become quad edges aligned with the field.
+    #[default]
+    Align,
+    /// The field crosses the boundary at any angle; the loops still become quad edges.
+    Free,
+}
+
+/// Guidance of the cross field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Align {
+    /// Principal curvature directions where they are stable.
+    #[default]
+    Curvature,
+    /// As smooth as possible.
+    Smooth,
+}
+
+/// What is done about branch points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Optimise {
+    /// As found.
+    None,
+    /// Moved.
+    Relocate,
+    /// Created, moved and balanced.
+    #[default]
+    Balance,
+}
+
+/// Whether the parameterisation may live on a remeshed copy of the input.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WorkingMesh {
+    /// Refined or remeshed as the density needs.
+    #[default]
+    Auto,
+    /// The triangles of the input, in input order.
+    Input,
+}
+
+/// What must come out as quad edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeatureSpec {
+    /// Dihedral angle in degrees, 0 to 180, from which an edge is sharp; 180 = none.
+    pub angle_degrees: f64,
+    /// Whether borders between materials are features.
+    pub materials: bool,
+    /// Explicit feature edges as pairs of input vertex indices.
+    pub edges: Vec<[u32; 2]>,
+}
+
+impl Default for FeatureSpec {
+    fn default() -> Self {
+        Self { angle_degrees: 40.0, materials: true, edges: Vec::new() }
+    }
+}
+
+/// A validated request. `Default` is the contract's default of every field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RemeshSpec {
+    /// Which system runs.
+    pub method: Method,
+    /// The density.
+    pub target: Target,
+    /// Iterate the scale until the count is met.
+    pub adapt_count: bool,
+    /// Features.
+    pub features: FeatureSpec,
+    /// Boundary treatment.
+    pub boundary: Boundary,
+    /// Guidance of the field.
+    pub align: Align,
+    /// λ between curvature alignment (0) and smoothness (1).
+    pub smoothing: f64,
+    /// Directions to follow, polylines in model units.
+    pub strokes: Vec<Vec<DVec3>>,
+    /// Branch points.
+    pub optimise: Optimise,
+    /// Where the parameterisation lives.
+    pub working_mesh: WorkingMesh,
+    /// Cut non-orientable components open instead of refusing them.
+    pub cut_non_orientable: bool,
+    /// Seed of every random choice.
+    pub seed: u64,
+}
+
+impl Default for RemeshSpec {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            target: Target::Quads(5000),
+            adapt_count: true,
+            features: FeatureSpec::default(),
+            boundary: Boundary::default(),
+            align: Align::default(),
+            smoothing: 0.5,
+            strokes: Vec::new(),
+            optimise: Optimise::default(),
+            working_mesh: WorkingMesh::default(),
+            cut_non_orientable: false,
+            seed: 0,
+        }
+    }
+}

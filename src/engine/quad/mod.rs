@@ -1,0 +1,5 @@
+//! Quad meshes.
+
+mod quad_mesh;
+
+pub use quad_mesh::{Anchor, QuadDraft, QuadMesh};

@@ -1,0 +1,198 @@
+//! Cancellation and progress of one run, with atomics only: the engine has no clock, so runs are reproducible and the
+//! caller's timer decides about deadlines.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
+/// The stages of a run, in the order in which a run meets them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Stage {
+    /// Bytes to a triangle soup.
+    Read,
+    /// Soup to an oriented 2-manifold.
+    Condition,
+    /// Sharp edges, corners.
+    Features,
+    /// Triangles fine enough for the target density.
+    Refine,
+    /// Cross field, matching, singularities.
+    Field,
+    /// Cut graph, combing, Poisson solve.
+    Map,
+    /// Jumps and singularities to integers.
+    Round,
+    /// Integer grid lines to quads.
+    Extract,
+    /// Quads without a map.
+    Fallback,
+    /// Positions of the quads.
+    Optimise,
+    /// Certificate and measures.
+    Certify,
+    /// Results to bytes.
+    Write,
+}
+
+impl Stage {
+    /// All stages in order.
+    pub const ALL: [Stage; 12] = [
+        Stage::Read,
+        Stage::Condition,
+        Stage::Features,
+        Stage::Refine,
+        Stage::Field,
+        Stage::Map,
+        Stage::Round,
+        Stage::Extract,
+        Stage::Fallback,
+        Stage::Optimise,
+        Stage::Certify,
+        Stage::Write,
+    ];
+
+    /// The stage's name in reports, logs and events.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Read => "read",
+            Stage::Condition => "condition",
+            Stage::Features => "features",
+            Stage::Refine => "refine",
+            Stage::Field => "field",
+            Stage::Map => "map",
+            Stage::Round => "round",
+            Stage::Extract => "extract",
+            Stage::Fallback => "fallback",
+            Stage::Optimise => "optimise",
+            Stage::Certify => "certify",
+            Stage::Write => "write",
+        }
+    }
+}
+
+/// Why a run was asked to stop. The first reason wins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum StopReason {
+    /// The client cancelled.
+    Client = 1,
+    /// The deadline of the spec passed: return the best certified result so far, or fail.
+    Deadline = 2,
+    /// The process is shutting down; the job will be run again.
+    Shutdown = 3,
+}
+
+/// The run was asked to stop. Never logged as a failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the run was stopped ({0:?})")]
+pub struct Cancelled(pub StopReason);
+
+/// What the caller hears while a run goes on. Called from any thread of the pool; must be cheap and must not block.
+pub trait Observer: Send + Sync {
+    /// A stage began. Stages of different components overlap.
+    fn stage_begins(&self, stage: Stage);
+    /// A stage ended (also when it failed).
+    fn stage_ends(&self, stage: Stage);
+    /// The whole run is this far, in thousandths, monotone.
+    fn progress(&self, thousandths: u32);
+}
+
+/// An observer that listens to nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {
+    fn stage_begins(&self, _: Stage) {}
+    fn stage_ends(&self, _: Stage) {}
+    fn progress(&self, _: u32) {}
+}
+
+struct Shared {
+    stop: AtomicU8,
+    thousandths: AtomicU32,
+    observer: Box<dyn Observer>,
+}
+
+/// The context of one run: a cheap handle shared by the engine, which asks [`RunContext::check`], and the caller, who
+/// may [`RunContext::stop`] it.
+#[derive(Clone)]
+pub struct RunContext {
+    shared: Arc<Shared>,
+    seed: u64,
+}
+
+impl Debug for RunContext {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RunContext").field("seed", &self.seed).field("stopped", &self.stopped()).finish()
+    }
+}
+
+impl RunContext {
+    /// A run with this seed that reports to this observer.
+    pub fn new(seed: u64, observer: impl Observer + 'static) -> Self {
+        let shared = Shared { stop: AtomicU8::new(0), thousandths: AtomicU32::new(0), observer: Box::new(observer) };
+        Self { shared: Arc::new(shared), seed }
+    }
+
+    /// A run that nobody watches, with seed 0.
+    pub fn silent() -> Self {
+        Self::new(0, Silent)
+    }
+
+    /// The seed of every random choice of the run.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Asks the run to stop at its next check. Only the first reason counts.
+    pub fn stop(&self, reason: StopReason) {
+        let _ = self.shared.stop.compare_exchange(0, reason as u8, Ordering::AcqRel, Ordering::Acquire);
+    }
+
+    /// The reason why the run was asked to stop, if it was.
+    pub fn stopped(&self) -> Option<StopReason> {
+        match self.shared.stop.load(Ordering::Acquire) {
+            1 => Some(StopReason::Client),
+            2 => Some(StopReason::Deadline),
+            3 => Some(StopReason::Shutdown),
+            _ => None,
+        }
+    }
+
+    /// Fails if the run was asked to stop. Every loop that can exceed about 10 ms calls this.
+    pub fn check(&self) -> Result<(), Cancelled> {
+        self.stopped().map_or(Ok(()), |reason| Err(Cancelled(reason)))
+    }
+
+    /// Runs one stage between its `stage_begins` and `stage_ends`, checking for a stop first.
+    pub fn stage<T, E: From<Cancelled>>(&self, stage: Stage, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        self.check()?;
+        self.shared.observer.stage_begins(stage);
+        let result = work();
+        self.shared.observer.stage_ends(stage);
+        result
+    }
+
+    /// The whole run is this far, 0 to 1; smaller values than the last are ignored.
+    pub fn progress(&self, fraction: f64) {
+        let thousandths = (fraction.clamp(0.0, 1.0) * 1000.0) as u32;
+        if self.shared.thousandths.fetch_max(thousandths, Ordering::AcqRel) < thousandths {
+            self.shared.observer.progress(thousandths);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_stop_reason_wins() {
+        let ctx = RunContext::silent();
+        assert_eq!(ctx.check(), Ok(()));
+        ctx.stop(StopReason::Deadline);
+        ctx.stop(StopReason::Client);
+        assert_eq!(ctx.check(), Err(Cancelled(StopReason::Deadline)));
+        assert!(ctx.stage(Stage::Field, || Ok::<_, Cancelled>(())).is_err());
+    }
+}
