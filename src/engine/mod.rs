@@ -10,6 +10,7 @@
 
 pub mod mesh;
 pub mod numerics;
+pub mod parameterize;
 pub mod pipeline;
 pub mod quad;
 pub mod run;

@@ -1,10 +1,12 @@
 //! Surfaces: what a file says ([`TriangleSoup`]), what the engine works on ([`TriMesh`]), and what must survive
 //! ([`Features`]).
 
+mod conditioned;
 mod features;
 mod soup;
 mod tri_mesh;
 
+pub use conditioned::{Conditioned, Surface};
 pub use features::Features;
 pub use soup::TriangleSoup;
 pub use tri_mesh::{MeshError, NONE, Topology, TriMesh, next, prev};
