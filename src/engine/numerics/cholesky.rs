@@ -113,7 +113,7 @@ mod tests {
         let factor = Cholesky::new(&a).unwrap();
         let mut b = [1.0, 2.0, 5.0, 4.0];
         factor.solve(&mut b);
-        for (x, expected) in b.iter().zip([1.0 / 11.0, 7.0 / 11.0, 1.0, 1.0]) {
+        for (x, expected) in b.iter().zip([1.0_f64 / 11.0, 7.0 / 11.0, 1.0, 1.0]) {
             assert!((x - expected).abs() < 1e-14);
         }
         let indefinite = HermitianMatrix::from_lower(2, &[(0, 0, 1.0), (1, 0, 2.0), (1, 1, 1.0)]);
