@@ -1,0 +1,21 @@
+//! What goes over the wire: the spec, the report, the job object and the problems (contract.md, sections 2 to 4).
+//!
+//! Nothing of the engine is `Serialize`: these types are the only place where names of the contract are spelt, so the
+//! engine may change its own without breaking a client, and a client's spec is judged completely before the engine
+//! sees any of it.
+
+mod fields;
+mod job;
+mod problem;
+mod report;
+mod spec;
+mod spec_types;
+
+pub use job::{InputBody, JobBody, JobList, JobStatus, ResultBody, Urls};
+pub use problem::{Problem, ProblemBody, ProblemKind, Violation, problem_of_fault};
+pub use report::{InputReportBody, LevelName, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody, Spread};
+pub use spec::{JobOptions, RemeshRequest, ResolvedSpec};
+pub use spec_types::{
+    AlignName, AttributeName, BoundaryName, FeaturesBody, MethodName, NonOrientable, OptimiseName, OutputName,
+    SymmetryAxis, TargetBody, WorkingMeshName,
+};

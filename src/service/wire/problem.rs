@@ -1,0 +1,317 @@
+//! The one table of problems: slug, HTTP status, exit code of the command line and title (RFC 9457).
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::engine::run::{Blame, Fault, Stage, StopReason};
+
+/// Most offending elements that a problem lists.
+const MAX_ELEMENTS: usize = 20;
+
+macro_rules! problems {
+    ($($(#[$doc:meta])* $kind:ident = ($slug:literal, $status:literal, $exit:literal, $title:literal);)*) => {
+        /// The kinds of problems; stable.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum ProblemKind { $($(#[$doc])* $kind,)* }
+
+        impl ProblemKind {
+            /// All kinds.
+            pub const ALL: &'static [ProblemKind] = &[$(ProblemKind::$kind,)*];
+
+            /// The stable last part of the problem's `type`.
+            pub fn slug(self) -> &'static str {
+                match self { $(ProblemKind::$kind => $slug,)* }
+            }
+
+            /// HTTP status code.
+            pub fn status(self) -> u16 {
+                match self { $(ProblemKind::$kind => $status,)* }
+            }
+
+            /// Exit code of the command line.
+            pub fn exit_code(self) -> u8 {
+                match self { $(ProblemKind::$kind => $exit,)* }
+            }
+
+            /// The title, the same for every occurrence.
+            pub fn title(self) -> &'static str {
+                match self { $(ProblemKind::$kind => $title,)* }
+            }
+        }
+    };
+}
+
+problems! { // slug, status, exit code, title
+    /// Malformed JSON, multipart or query.
+    InvalidRequest = ("invalid-request", 400, 2, "The request cannot be understood");
+    /// A spec with violations, all of them in `errors`.
+    InvalidSpec = ("invalid-spec", 422, 2, "The spec cannot be used");
+    /// No reader for this content.
+    UnknownFormat = ("unknown-format", 415, 3, "The mesh format is not supported");
+    /// The file breaks the rules of its format.
+    UnreadableMesh = ("unreadable-mesh", 422, 3, "The mesh file cannot be read");
+    /// The file needs an extension that this version cannot decode.
+    UnsupportedExtension = ("unsupported-extension", 422, 3, "The mesh file needs an extension that is not supported");
+    /// The surface cannot be used.
+    MeshRejected = ("mesh-rejected", 422, 3, "The mesh cannot be remeshed");
+    /// More bytes, vertices or triangles than allowed.
+    MeshTooLarge = ("mesh-too-large", 413, 3, "The mesh is too large");
+    /// The request body exceeds the limit.
+    BodyTooLarge = ("body-too-large", 413, 3, "The request body is too large");
+    /// No result within the limits.
+    NoQuadMesh = ("no-quad-mesh-found", 422, 4, "No quad mesh satisfies the request");
+    /// The deadline passed before there was a certified result.
+    DeadlineExceeded = ("deadline-exceeded", 504, 5, "The run took too long");
+    /// The client cancelled.
+    Cancelled = ("cancelled", 410, 130, "The job was cancelled");
+    /// The process is stopping.
+    ShuttingDown = ("shutting-down", 503, 130, "The service is shutting down");
+    /// Too many jobs wait.
+    QueueFull = ("queue-full", 503, 4, "The service is busy");
+    /// No such route, job or asset.
+    NotFound = ("not-found", 404, 2, "There is no such thing here");
+    /// The route exists, the method does not.
+    MethodNotAllowed = ("method-not-allowed", 405, 2, "The method is not allowed here");
+    /// None of the accepted formats can be produced.
+    NotAcceptable = ("not-acceptable", 406, 2, "None of the accepted formats can be produced");
+    /// The artefact does not exist yet.
+    NotReady = ("not-ready", 409, 4, "The result does not exist yet");
+    /// The job failed, so there is no artefact.
+    JobFailed = ("job-failed", 410, 4, "The job has no result");
+    /// The run made no such artefact, e.g. no parameterisation.
+    NoArtefact = ("no-artefact", 404, 4, "The job made no such artefact");
+    /// Same idempotency key, other body.
+    IdempotencyConflict = ("idempotency-conflict", 422, 2, "The idempotency key was used for another request");
+    /// A range outside the file.
+    RangeNotSatisfiable = ("range-not-satisfiable", 416, 2, "The range lies outside the file");
+    /// The asset is in use.
+    AssetInUse = ("asset-in-use", 409, 2, "The asset is used by a job that has not finished");
+    /// A run brought the worker down again and again.
+    JobCrashed = ("job-crashed", 500, 70, "The job stopped its worker again and again");
+    /// Database or object store cannot be reached.
+    StorageUnavailable = ("storage-unavailable", 503, 70, "The storage cannot be reached");
+    /// A bug of ours.
+    Internal = ("internal", 500, 70, "Something went wrong on our side");
+}
+
+impl ProblemKind {
+    /// The stable `type` URI.
+    pub fn type_uri(self) -> String {
+        format!("urn:quadrille:problem:{}", self.slug())
+    }
+
+    /// The kind with this `type` URI.
+    pub fn from_type_uri(uri: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.type_uri() == uri)
+    }
+}
+
+/// One field that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct Violation {
+    /// JSON pointer to the field; empty for the whole document.
+    pub pointer: String,
+    /// What is wrong and what is allowed.
+    pub message: String,
+}
+
+impl Violation {
+    /// A violation at a JSON pointer.
+    pub fn new(pointer: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { pointer: pointer.into(), message: message.into() }
+    }
+
+    /// The same, for a document that lies at `prefix` of a larger one.
+    pub fn under(mut self, prefix: &str) -> Self {
+        self.pointer.insert_str(0, prefix);
+        self
+    }
+}
+
+/// One occurrence of a problem.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Its kind.
+    pub kind: ProblemKind,
+    /// What happened this time, with the numbers, and what to do.
+    pub detail: String,
+    /// The stage of the run, where there was one.
+    pub stage: Option<&'static str>,
+    /// At most 20 offending elements in the numbering of the input.
+    pub elements: Vec<u64>,
+    /// Violations of the request.
+    pub errors: Vec<Violation>,
+    /// Seconds after which a new try makes sense.
+    pub retry_after: Option<u32>,
+}
+
+impl Problem {
+    /// A problem with a detail and nothing else.
+    pub fn new(kind: ProblemKind, detail: impl Into<String>) -> Self {
+        let detail = detail.into();
+        Self { kind, detail, stage: None, elements: Vec::new(), errors: Vec::new(), retry_after: None }
+    }
+
+    /// The same at a stage.
+    pub fn at(mut self, stage: Stage) -> Self {
+        self.stage = Some(stage.name());
+        self
+    }
+
+    /// A bug of ours: the cause goes to the log, not to the client.
+    pub fn internal() -> Self {
+        Self::new(ProblemKind::Internal, "The cause was logged. The same request may fail again; please report it.")
+    }
+
+    /// The problem of a run that was stopped.
+    pub fn stopped(reason: StopReason) -> Self {
+        match reason {
+            StopReason::Client => Self::new(ProblemKind::Cancelled, "The run was cancelled before it had a result."),
+            StopReason::Deadline => Self::new(
+                ProblemKind::DeadlineExceeded,
+                "The deadline passed before there was a certified result; raise deadline_s or lower the target.",
+            ),
+            StopReason::Shutdown => Self::new(ProblemKind::ShuttingDown, "The process stopped; the job runs again."),
+        }
+    }
+
+    /// The body of the answer. `instance` is the path of the job or the id of the request.
+    pub fn body(&self, instance: Option<String>) -> ProblemBody {
+        ProblemBody {
+            type_: self.kind.type_uri(),
+            title: self.kind.title().to_owned(),
+            status: self.kind.status(),
+            detail: self.detail.clone(),
+            instance,
+            stage: self.stage.map(str::to_owned),
+            elements: self.elements.clone(),
+            errors: self.errors.clone(),
+            retry_after: self.retry_after,
+        }
+    }
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.kind.title(), self.detail)?;
+        if let Some(stage) = self.stage {
+            write!(f, " (stage {stage})")?;
+        }
+        if !self.elements.is_empty() {
+            write!(f, " (at {:?})", self.elements)?;
+        }
+        if self.errors.len() > 1 {
+            for error in &self.errors {
+                write!(f, "; {}: {}", error.pointer, error.message)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Problem {}
+
+/// Maps a failure of the engine to a problem: the only place where faults meet status codes.
+pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option<StopReason>) -> Problem {
+    let kind = match error.fault() {
+        Fault::Input => ProblemKind::MeshRejected,
+        Fault::Unsatisfiable => ProblemKind::NoQuadMesh,
+        Fault::Limit => ProblemKind::MeshTooLarge,
+        Fault::Cancelled => {
+            let problem = Problem::stopped(stopped.unwrap_or(StopReason::Client));
+            return Problem { stage: stage.map(Stage::name), ..problem };
+        }
+        Fault::Internal => return Problem { stage: stage.map(Stage::name), ..Problem::internal() },
+    };
+    let mut elements = error.elements();
+    elements.truncate(MAX_ELEMENTS);
+    Problem { stage: stage.map(Stage::name), elements, ..Problem::new(kind, sentence(&error.to_string())) }
+}
+
+/// Errors start in lower case and have no full stop; a detail is a sentence.
+fn sentence(message: &str) -> String {
+    let mut letters = message.chars();
+    let first: String = letters.next().map(|c| c.to_uppercase().collect()).unwrap_or_default();
+    let stop = if message.ends_with(['.', '!', '?']) { "" } else { "." };
+    format!("{first}{}{stop}", letters.as_str())
+}
+
+/// `application/problem+json` (RFC 9457).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct ProblemBody {
+    /// Stable URI of the kind of problem.
+    #[serde(rename = "type")]
+    pub type_: String,
+    /// The kind in words.
+    pub title: String,
+    /// HTTP status.
+    pub status: u16,
+    /// This occurrence in words.
+    pub detail: String,
+    /// The job or request it belongs to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instance: Option<String>,
+    /// Stage of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stage: Option<String>,
+    /// At most 20 offending elements in the numbering of the input.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<u64>,
+    /// All violations of the request.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<Violation>,
+    /// Seconds after which a new try makes sense.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retry_after: Option<u32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("no face is usable")]
+    struct Refusal(Fault);
+
+    impl Blame for Refusal {
+        fn fault(&self) -> Fault {
+            self.0
+        }
+        fn elements(&self) -> Vec<u64> {
+            (0..50).collect()
+        }
+    }
+
+    #[test]
+    fn slugs_are_unique_and_statuses_are_errors() {
+        let mut slugs: Vec<_> = ProblemKind::ALL.iter().map(|kind| kind.slug()).collect();
+        slugs.sort_unstable();
+        slugs.dedup();
+        assert_eq!(slugs.len(), ProblemKind::ALL.len());
+        for &kind in ProblemKind::ALL {
+            assert!((400..600).contains(&kind.status()));
+            assert_ne!(kind.exit_code(), 0);
+            assert_eq!(ProblemKind::from_type_uri(&kind.type_uri()), Some(kind));
+        }
+    }
+
+    #[test]
+    fn faults_become_problems_with_at_most_twenty_elements() {
+        let problem = problem_of_fault(&Refusal(Fault::Input), Some(Stage::Condition), None);
+        assert_eq!((problem.kind.status(), problem.kind.exit_code()), (422, 3));
+        assert_eq!(problem.detail, "No face is usable.");
+        assert_eq!(problem.elements.len(), 20);
+        let body = serde_json::to_value(problem.body(None)).unwrap();
+        assert_eq!(body["type"], "urn:quadrille:problem:mesh-rejected");
+        assert_eq!(body["stage"], "condition");
+    }
+
+    #[test]
+    fn causes_of_our_own_bugs_stay_inside() {
+        let problem = problem_of_fault(&Refusal(Fault::Internal), None, None);
+        assert!(!problem.detail.contains("usable"));
+        assert_eq!(problem.kind.exit_code(), 70);
+        let late = problem_of_fault(&Refusal(Fault::Cancelled), None, Some(StopReason::Deadline));
+        assert_eq!((late.kind.status(), late.kind.exit_code()), (504, 5));
+    }
+}

@@ -1,0 +1,285 @@
+//! The report as JSON (contract.md, section 4).
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use utoipa::ToSchema;
+
+use crate::engine::pipeline::{InputReport, Level, MapReport, QuadReport, Report};
+
+/// Where quads came from: L0 field and map, L1 seamless map, L2 layout, L3 quad-dominant remesh, L4 split triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[expect(missing_docs, reason = "the line above says what each means")]
+pub enum LevelName {
+    L0,
+    L1,
+    L2,
+    L3,
+    L4,
+}
+
+impl LevelName {
+    /// As in JSON.
+    pub fn name(self) -> &'static str {
+        ["L0", "L1", "L2", "L3", "L4"][self as usize]
+    }
+}
+
+impl From<Level> for LevelName {
+    fn from(level: Level) -> Self {
+        match level {
+            Level::L0 => LevelName::L0,
+            Level::L1 => LevelName::L1,
+            Level::L2 => LevelName::L2,
+            Level::L3 => LevelName::L3,
+            Level::L4 => LevelName::L4,
+        }
+    }
+}
+
+/// The report of one run. Angles in degrees, distances relative to the bounding-box diagonal, RSD = standard
+/// deviation / mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ReportBody {
+    /// Version of the program.
+    pub version: String,
+    /// Method that ran.
+    pub method: String,
+    /// Whether the certificate passed on the re-read file.
+    pub certified: bool,
+    /// The worst level of the components.
+    pub level: LevelName,
+    /// Level of each component.
+    pub component_levels: Vec<LevelName>,
+    /// The conditioned input.
+    pub input: InputReportBody,
+    /// The quads.
+    pub quads: QuadsBody,
+    /// The parameterisation, where one was made.
+    pub map: Option<MapBody>,
+    /// Milliseconds per stage, in order, and `total`.
+    #[schema(value_type = std::collections::BTreeMap<String, f64>)]
+    pub timings_ms: Map<String, Value>,
+    /// Largest resident size of the process so far; 0 where the system does not say.
+    pub peak_memory_bytes: u64,
+    /// Soft troubles, for people.
+    pub warnings: Vec<String>,
+}
+
+/// The input after conditioning.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct InputReportBody {
+    /// Vertices.
+    pub vertices: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// Connected components.
+    pub components: usize,
+    /// Boundary loops.
+    pub boundaries: usize,
+    /// Genus, summed over components.
+    pub genus: usize,
+    /// Interior feature edges.
+    pub feature_edges: usize,
+    /// Counter per kind of repair; only what happened.
+    #[schema(value_type = std::collections::BTreeMap<String, u64>)]
+    pub repairs: Map<String, Value>,
+}
+
+/// Minimum and mean over quads of the minimum scaled Jacobian of the corners.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ScaledJacobian {
+    /// Minimum.
+    pub min: f64,
+    /// Mean.
+    pub mean: f64,
+}
+
+/// Maximum and mean of a distance, relative to the bounding-box diagonal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Spread {
+    /// Maximum.
+    pub max: f64,
+    /// Mean.
+    pub mean: f64,
+}
+
+/// Measures of the quads.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct QuadsBody {
+    /// Quads.
+    pub count: usize,
+    /// Vertices.
+    pub vertices: usize,
+    /// Interior vertices whose valence is not 4.
+    pub irregular_interior: usize,
+    /// Irregular boundary vertices, corners of the surface left out.
+    pub irregular_boundary: usize,
+    /// Interior valence and how many vertices have it, ascending.
+    #[schema(value_type = std::collections::BTreeMap<String, u64>)]
+    pub valences: Map<String, Value>,
+    /// Connected components.
+    pub components: usize,
+    /// Boundary loops.
+    pub boundaries: usize,
+    /// Genus, summed over components.
+    pub genus: usize,
+    /// RSD of edge lengths.
+    pub rsd_edge: f64,
+    /// RSD of corner angles.
+    pub rsd_angle: f64,
+    /// Scaled Jacobian.
+    pub scaled_jacobian: ScaledJacobian,
+    /// Two-sided distance to the surface.
+    pub hausdorff: Spread,
+    /// Distance of feature curves to the nearest quad edges.
+    pub feature_error: Spread,
+    /// Quads whose normal opposes the surface's.
+    pub flipped: usize,
+}
+
+/// A singularity of the map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SingularityBody {
+    /// Vertex of the working mesh, from 0.
+    pub vertex: u32,
+    /// Index in quarters; +1 is valence 3.
+    pub index_quarters: i32,
+    /// Position in grid units, in the chart of the vertex's first corner.
+    pub uv: [f64; 2],
+}
+
+/// Measures of the parameterisation; energies relative to ½‖X‖².
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MapBody {
+    /// Triangles of the working mesh.
+    pub triangles: usize,
+    /// Triangles of negative orientation.
+    pub flipped: usize,
+    /// Largest deviation of a transition from a quarter turn and an integer translation, in grid units.
+    pub seam_residual: f64,
+    /// Singularities.
+    pub singularities: Vec<SingularityBody>,
+    /// Area-weighted mean ARAP energy.
+    pub arap_mean: f64,
+    /// Area-weighted mean of σ1/σ2 + σ2/σ1; 2 is conformal.
+    pub conformal_mean: f64,
+    /// Energy of the seamless map before rounding.
+    pub curl_energy: f64,
+    /// Energy added by rounding.
+    pub rounding_energy: f64,
+}
+
+impl ReportBody {
+    /// The report of the engine with what only the service knows: `timings_ms` per stage in order, without `total`,
+    /// the total, and the peak of the resident memory.
+    pub fn new(report: &Report, timings_ms: &[(&str, f64)], total_ms: f64, peak_memory_bytes: u64) -> Self {
+        let mut timings: Map<String, Value> =
+            timings_ms.iter().map(|&(stage, ms)| (stage.to_owned(), rounded(ms))).collect();
+        timings.insert("total".to_owned(), rounded(total_ms));
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            method: report.method.to_owned(),
+            certified: report.certified,
+            level: report.level.into(),
+            component_levels: report.component_levels.iter().map(|&level| level.into()).collect(),
+            input: (&report.input).into(),
+            quads: (&report.quads).into(),
+            map: report.map.as_ref().map(MapBody::from),
+            timings_ms: timings,
+            peak_memory_bytes,
+            warnings: report.warnings.clone(),
+        }
+    }
+}
+
+/// Thousandths of a millisecond are noise.
+fn rounded(ms: f64) -> Value {
+    Value::from((ms * 1000.0).round() / 1000.0)
+}
+
+impl From<&InputReport> for InputReportBody {
+    fn from(input: &InputReport) -> Self {
+        Self {
+            vertices: input.vertices,
+            triangles: input.triangles,
+            components: input.components,
+            boundaries: input.boundaries,
+            genus: input.genus,
+            feature_edges: input.feature_edges,
+            repairs: input.repairs.counts.iter().map(|&(name, n)| (name.to_owned(), Value::from(n))).collect(),
+        }
+    }
+}
+
+impl From<&QuadReport> for QuadsBody {
+    fn from(quads: &QuadReport) -> Self {
+        Self {
+            count: quads.count,
+            vertices: quads.vertices,
+            irregular_interior: quads.irregular_interior,
+            irregular_boundary: quads.irregular_boundary,
+            valences: quads.valences.iter().map(|&(valence, n)| (valence.to_string(), Value::from(n))).collect(),
+            components: quads.components,
+            boundaries: quads.boundaries,
+            genus: quads.genus,
+            rsd_edge: quads.rsd_edge,
+            rsd_angle: quads.rsd_angle,
+            scaled_jacobian: ScaledJacobian { min: quads.scaled_jacobian_min, mean: quads.scaled_jacobian_mean },
+            hausdorff: Spread { max: quads.hausdorff_max, mean: quads.hausdorff_mean },
+            feature_error: Spread { max: quads.feature_error_max, mean: quads.feature_error_mean },
+            flipped: quads.flipped,
+        }
+    }
+}
+
+impl From<&MapReport> for MapBody {
+    fn from(map: &MapReport) -> Self {
+        let singularity = |s: &crate::engine::pipeline::Singularity| SingularityBody {
+            vertex: s.vertex,
+            index_quarters: s.index_quarters,
+            uv: s.uv,
+        };
+        Self {
+            triangles: map.triangles,
+            flipped: map.flipped,
+            seam_residual: map.seam_residual,
+            singularities: map.singularities.iter().map(singularity).collect(),
+            arap_mean: map.arap_mean,
+            conformal_mean: map.conformal_mean,
+            curl_energy: map.curl_energy,
+            rounding_energy: map.rounding_energy,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shape_is_the_contracts() {
+        let mut input = InputReport { triangles: 12, ..InputReport::default() };
+        input.repairs.add("welded", 3);
+        let report = Report {
+            method: "quadcover",
+            certified: true,
+            level: Level::L3,
+            component_levels: vec![Level::L0, Level::L3],
+            input,
+            quads: QuadReport { valences: vec![(3, 8), (10, 1)], ..QuadReport::default() },
+            map: Some(MapReport::default()),
+            warnings: vec![],
+        };
+        let body = ReportBody::new(&report, &[("read", 1.0), ("field", 2.0)], 3.5, 42);
+        let json = serde_json::to_value(&body).unwrap();
+        assert_eq!(json["level"], "L3");
+        assert_eq!(json["input"]["repairs"]["welded"], 3);
+        assert_eq!(json["quads"]["valences"]["10"], 1);
+        assert_eq!(json["quads"]["scaled_jacobian"]["min"], 0.0);
+        assert_eq!(json["timings_ms"].as_object().unwrap().keys().collect::<Vec<_>>(), ["read", "field", "total"]);
+        for key in ["triangles", "flipped", "seam_residual", "singularities", "arap_mean", "conformal_mean"] {
+            assert!(json["map"].get(key).is_some(), "{key}");
+        }
+        assert_eq!(serde_json::from_value::<ReportBody>(json).unwrap(), body);
+    }
+}
