@@ -3,10 +3,12 @@
 
 mod conditioned;
 mod features;
+mod locate;
 mod soup;
 mod tri_mesh;
 
 pub use conditioned::{Conditioned, Surface};
 pub use features::Features;
+pub use locate::{SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
 pub use soup::TriangleSoup;
 pub use tri_mesh::{MeshError, NONE, Topology, TriMesh, next, prev};

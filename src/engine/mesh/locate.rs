@@ -1,0 +1,332 @@
+//! The nearest point of a surface: a bounding volume hierarchy over its triangles.
+
+use glam::DVec3;
+
+use crate::engine::mesh::TriMesh;
+
+/// Triangles per leaf of the hierarchy.
+const LEAF: usize = 4;
+/// Halving always splits in the middle, so this is deeper than any hierarchy over 2³² faces.
+const DEPTH: usize = 64;
+
+/// A point on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The face it lies in.
+    pub face: u32,
+    /// Weights of the face's three corners, none negative, sum 1.
+    pub barycentric: [f64; 3],
+    /// Its position in model units.
+    pub position: DVec3,
+    /// Distance from the query point in model units.
+    pub distance: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    lo: DVec3,
+    hi: DVec3,
+    /// First triangle of a leaf, or second child of an inner node (the first one follows the node itself).
+    start: u32,
+    /// Triangles of a leaf, 0 for an inner node.
+    count: u32,
+}
+
+impl Node {
+    fn distance_squared(&self, p: DVec3) -> f64 {
+        (self.lo - p).max(p - self.hi).max(DVec3::ZERO).length_squared()
+    }
+}
+
+/// Nearest-point queries on a fixed triangle mesh. Owns what it needs.
+#[derive(Clone, Debug)]
+pub struct SurfaceIndex {
+    nodes: Vec<Node>,
+    /// Triangles in the order of the leaves.
+    triangles: Vec<[DVec3; 3]>,
+    /// Face of each of `triangles`.
+    faces: Vec<u32>,
+    /// Unit normal per face.
+    normals: Vec<DVec3>,
+    /// Vertices per face.
+    corners: Vec<[u32; 3]>,
+    /// Unit normal per vertex, the mean of its faces weighted by area.
+    vertex_normals: Vec<DVec3>,
+}
+
+impl SurfaceIndex {
+    /// Builds the hierarchy, O(F log F).
+    pub fn new(mesh: &TriMesh) -> Self {
+        let corners: Vec<[DVec3; 3]> = (0..mesh.n_faces()).map(|f| mesh.triangle(f)).collect();
+        let centres: Vec<DVec3> = corners.iter().map(|&[a, b, c]| a.min(b).min(c) + a.max(b).max(c)).collect();
+        let mut faces: Vec<u32> = (0..mesh.n_faces() as u32).collect();
+        let mut nodes = Vec::with_capacity(2 * mesh.n_faces() / LEAF + 2);
+        if !faces.is_empty() {
+            build(&mut nodes, &mut faces, 0, &corners, &centres);
+        }
+        let triangles = faces.iter().map(|&f| corners[f as usize]).collect();
+        let normals = (0..mesh.n_faces()).map(|f| mesh.normal(f)).collect();
+        let mut vertex_normals = vec![DVec3::ZERO; mesh.n_vertices()];
+        for (f, face) in mesh.faces().iter().enumerate() {
+            for &v in face {
+                vertex_normals[v as usize] += mesh.area_vector(f);
+            }
+        }
+        let vertex_normals = vertex_normals.into_iter().map(DVec3::normalize_or_zero).collect();
+        Self { nodes, triangles, faces, normals, corners: mesh.faces().to_vec(), vertex_normals }
+    }
+
+    /// Unit normal at a point of the surface, interpolated between its face's vertices: what the eye would call the
+    /// direction of a noisy surface. Never zero unless all of them are.
+    pub fn smooth_normal(&self, at: &SurfacePoint) -> DVec3 {
+        let corners = self.corners[at.face as usize];
+        let mean: DVec3 = (0..3).map(|k| at.barycentric[k] * self.vertex_normals[corners[k] as usize]).sum();
+        mean.try_normalize().unwrap_or_else(|| self.normal(at.face))
+    }
+
+    /// Unit normal of a face; zero if it has no area.
+    pub fn normal(&self, face: u32) -> DVec3 {
+        self.normals[face as usize]
+    }
+
+    /// The point of the surface nearest to `p`; of several in the same distance the one in the lowest face.
+    ///
+    /// A mesh without faces has no such point: the answer then is `p` itself at infinite distance in face 0.
+    pub fn closest(&self, p: DVec3) -> SurfacePoint {
+        let nothing = SurfacePoint { face: 0, barycentric: [1.0, 0.0, 0.0], position: p, distance: f64::INFINITY };
+        self.closest_where(p, f64::INFINITY, |_| true).unwrap_or(nothing)
+    }
+
+    /// The point nearest to `p` at most `max_distance` away in a face that `accept` accepts, if there is one.
+    pub fn closest_where(&self, p: DVec3, max_distance: f64, accept: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
+        let root = self.nodes.first()?;
+        let mut bound = max_distance * max_distance;
+        let mut best: Option<(u32, [f64; 3], DVec3)> = None;
+        let mut stack = [(0u32, 0f64); DEPTH];
+        let mut height = 1;
+        stack[0] = (0, root.distance_squared(p));
+        while height > 0 {
+            height -= 1;
+            let (at, near) = stack[height];
+            if near > bound {
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.count == 0 {
+                let (first, second) = (at + 1, node.start);
+                let d_first = self.nodes[first as usize].distance_squared(p);
+                let d_second = self.nodes[second as usize].distance_squared(p);
+                let ((near, d_near), (far, d_far)) = if d_second < d_first {
+                    ((second, d_second), (first, d_first))
+                } else {
+                    ((first, d_first), (second, d_second))
+                };
+                if d_far <= bound {
+                    stack[height] = (far, d_far);
+                    height += 1;
+                }
+                if d_near <= bound {
+                    stack[height] = (near, d_near);
+                    height += 1;
+                }
+                continue;
+            }
+            for i in node.start as usize..(node.start + node.count) as usize {
+                let (barycentric, position) = closest_on_triangle(p, &self.triangles[i]);
+                let (d, face) = (p.distance_squared(position), self.faces[i]);
+                let better = d < bound || d == bound && best.is_none_or(|(known, ..)| face < known);
+                if better && accept(face) {
+                    bound = d;
+                    best = Some((face, barycentric, position));
+                }
+            }
+        }
+        best.map(|(face, barycentric, position)| SurfacePoint { face, barycentric, position, distance: bound.sqrt() })
+    }
+}
+
+/// Appends the subtree over `faces`, which stand at `offset` of the whole order.
+fn build(nodes: &mut Vec<Node>, faces: &mut [u32], offset: usize, corners: &[[DVec3; 3]], centres: &[DVec3]) {
+    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (mut centre_lo, mut centre_hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for &f in faces.iter() {
+        for &p in &corners[f as usize] {
+            lo = lo.min(p);
+            hi = hi.max(p);
+        }
+        centre_lo = centre_lo.min(centres[f as usize]);
+        centre_hi = centre_hi.max(centres[f as usize]);
+    }
+    let at = nodes.len();
+    nodes.push(Node { lo, hi, start: offset as u32, count: faces.len() as u32 });
+    if faces.len() <= LEAF {
+        return;
+    }
+    let axis = (centre_hi - centre_lo).max_position();
+    let middle = faces.len() / 2;
+    // The face number breaks ties, so the order is the same whatever the selection algorithm does.
+    faces.select_nth_unstable_by(middle, |&f, &g| {
+        centres[f as usize][axis].total_cmp(&centres[g as usize][axis]).then(f.cmp(&g))
+    });
+    let (left, right) = faces.split_at_mut(middle);
+    build(nodes, left, offset, corners, centres);
+    nodes[at].start = nodes.len() as u32;
+    nodes[at].count = 0;
+    build(nodes, right, offset + middle, corners, centres);
+}
+
+/// The point of a triangle nearest to `p`, as weights of its corners and as a position. Also right for triangles that
+/// are a segment or a point.
+pub fn closest_on_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> ([f64; 3], DVec3) {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let size = ab.length_squared().max(ac.length_squared());
+    if ab.cross(ac).length_squared() <= 1e-24 * size * size {
+        return closest_on_sides(p, [a, b, c]);
+    }
+    // Voronoi regions of corners, sides and inside, in this order.
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return ([1.0, 0.0, 0.0], a);
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return ([0.0, 1.0, 0.0], b);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let t = d1 / (d1 - d3);
+        return ([1.0 - t, t, 0.0], a + t * ab);
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return ([0.0, 0.0, 1.0], c);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let t = d2 / (d2 - d6);
+        return ([1.0 - t, 0.0, t], a + t * ac);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return ([0.0, 1.0 - t, t], b + t * (c - b));
+    }
+    let sum = va + vb + vc;
+    if sum <= 0.0 {
+        return closest_on_sides(p, [a, b, c]);
+    }
+    let (v, w) = (vb / sum, vc / sum);
+    ([(1.0 - v - w).max(0.0), v, w], a + v * ab + w * ac)
+}
+
+fn closest_on_sides(p: DVec3, corners: [DVec3; 3]) -> ([f64; 3], DVec3) {
+    let mut best = ([1.0, 0.0, 0.0], corners[0]);
+    for k in 0..3 {
+        let (t, position) = closest_on_segment(p, corners[k], corners[(k + 1) % 3]);
+        if p.distance_squared(position) < p.distance_squared(best.1) {
+            best = ([0.0; 3], position);
+            best.0[k] = 1.0 - t;
+            best.0[(k + 1) % 3] = t;
+        }
+    }
+    best
+}
+
+/// The point `a + t (b − a)`, 0 ≤ t ≤ 1, of a segment nearest to `p`, as t and as a position.
+pub fn closest_on_segment(p: DVec3, a: DVec3, b: DVec3) -> (f64, DVec3) {
+    let ab = b - a;
+    let length_squared = ab.length_squared();
+    if length_squared <= 0.0 {
+        return (0.0, a);
+    }
+    let t = ((p - a).dot(ab) / length_squared).clamp(0.0, 1.0);
+    (t, if t == 1.0 { b } else { a + t * ab })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A height field over n × n squares, with a different height at each vertex.
+    fn bumpy(n: usize) -> TriMesh {
+        let at = |i: usize, j: usize| (i * (n + 1) + j) as u32;
+        let mut positions = Vec::new();
+        let mut faces = Vec::new();
+        for i in 0..=n {
+            for j in 0..=n {
+                let (x, y) = (i as f64 / n as f64, j as f64 / n as f64);
+                positions.push(DVec3::new(x, y, 0.2 * (7.0 * x).sin() * (9.0 * y).cos()));
+            }
+        }
+        for i in 0..n {
+            for j in 0..n {
+                faces.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+                faces.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+        TriMesh::try_new(positions, faces).unwrap()
+    }
+
+    fn scattered(n: usize) -> impl Iterator<Item = DVec3> {
+        let fraction = |x: f64| x - x.floor();
+        (0..n).map(move |i| {
+            let t = i as f64 + 1.0;
+            DVec3::new(fraction(t * 0.754877), fraction(t * 0.569840), fraction(t * 0.362115) - 0.5) * 1.4
+        })
+    }
+
+    #[test]
+    fn the_hierarchy_finds_what_a_search_of_all_faces_finds() {
+        let mesh = bumpy(12);
+        let index = SurfaceIndex::new(&mesh);
+        for p in scattered(300) {
+            let found = index.closest(p);
+            let all = (0..mesh.n_faces()).map(|f| p.distance(closest_on_triangle(p, &mesh.triangle(f)).1));
+            let (face, least) = all.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+            assert!((found.distance - least).abs() < 1e-14);
+            assert!(found.face == face as u32 || (found.distance - least).abs() < 1e-15);
+            let [a, b, c] = mesh.triangle(found.face as usize);
+            let [u, v, w] = found.barycentric;
+            assert!(u >= 0.0 && v >= 0.0 && w >= 0.0 && (u + v + w - 1.0).abs() < 1e-12);
+            assert!((u * a + v * b + w * c).distance(found.position) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_vertex_belongs_to_its_lowest_face() {
+        let mesh = bumpy(6);
+        let index = SurfaceIndex::new(&mesh);
+        for v in 0..mesh.n_vertices() as u32 {
+            let lowest = mesh.fan(v).map(|h| h as u32 / 3).min().unwrap();
+            let found = index.closest(mesh.position(v));
+            assert_eq!((found.face, found.distance), (lowest, 0.0));
+        }
+    }
+
+    #[test]
+    fn only_accepted_faces_within_reach_count() {
+        let mesh = bumpy(6);
+        let index = SurfaceIndex::new(&mesh);
+        let p = DVec3::new(0.5, 0.5, 1.0);
+        let odd = index.closest_where(p, 10.0, |f| f % 2 == 1).unwrap();
+        assert_eq!(odd.face % 2, 1);
+        assert!(odd.distance >= index.closest(p).distance);
+        assert_eq!(index.closest_where(p, 0.1, |_| true), None);
+        assert_eq!(index.closest_where(p, 10.0, |_| false), None);
+    }
+
+    #[test]
+    fn triangles_without_area_still_have_a_nearest_point() {
+        let (a, b) = (DVec3::ZERO, DVec3::X);
+        let p = DVec3::new(0.3, 1.0, 0.0);
+        for corners in [[a, b, b], [a, a, b], [b, a, b], [a, b, 0.5 * (a + b)]] {
+            let (weights, position) = closest_on_triangle(p, &corners);
+            assert!(position.distance(DVec3::new(0.3, 0.0, 0.0)) < 1e-12, "{corners:?}");
+            let rebuilt = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+            assert!(rebuilt.distance(position) < 1e-12);
+        }
+        assert_eq!(closest_on_triangle(p, &[b, b, b]).1, b);
+    }
+}
