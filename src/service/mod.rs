@@ -1,3 +1,5 @@
 //! Everything with a socket, a timer or a wire format.
 
+pub mod config;
+pub mod telemetry;
 pub mod wire;

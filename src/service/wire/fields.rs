@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use crate::service::wire::Violation;
 
 /// The fields of one object that have not been read yet.
-pub(super) struct Fields<'a> {
+pub(in crate::service) struct Fields<'a> {
     object: Map<String, Value>,
     pointer: &'a str,
     known: Vec<&'static str>,
@@ -18,7 +18,7 @@ pub(super) struct Fields<'a> {
 
 impl<'a> Fields<'a> {
     /// Starts on `value`, which lies at the JSON pointer `pointer`; anything but an object is a violation.
-    pub(super) fn of(value: Value, pointer: &'a str, violations: &'a mut Vec<Violation>) -> Self {
+    pub(in crate::service) fn of(value: Value, pointer: &'a str, violations: &'a mut Vec<Violation>) -> Self {
         let object = match value {
             Value::Object(object) => object,
             Value::Null => Map::new(),
@@ -31,13 +31,13 @@ impl<'a> Fields<'a> {
     }
 
     /// The raw value of the field `name`; `null` counts as absent.
-    pub(super) fn raw(&mut self, name: &'static str) -> Option<Value> {
+    pub(in crate::service) fn raw(&mut self, name: &'static str) -> Option<Value> {
         self.known.push(name);
         self.object.shift_remove(name).filter(|value| !value.is_null())
     }
 
     /// Reads the field `name` into `slot`, which keeps its default when the field is absent or wrong.
-    pub(super) fn read<T: DeserializeOwned>(&mut self, name: &'static str, slot: &mut T) {
+    pub(in crate::service) fn read<T: DeserializeOwned>(&mut self, name: &'static str, slot: &mut T) {
         let Some(value) = self.raw(name) else { return };
         match serde_json::from_value(value) {
             Ok(read) => *slot = read,
@@ -46,7 +46,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Every field that nobody asked for is a violation.
-    pub(super) fn finish(self) {
+    pub(in crate::service) fn finish(self) {
         for (name, _) in self.object {
             let escaped = name.replace('~', "~0").replace('/', "~1");
             let message = format!("unknown field; known are {}", self.known.join(", "));

@@ -11,6 +11,7 @@ mod report;
 mod spec;
 mod spec_types;
 
+pub(in crate::service) use fields::Fields;
 pub use job::{InputBody, JobBody, JobList, JobStatus, ResultBody, Urls};
 pub use problem::{Problem, ProblemBody, ProblemKind, Violation, problem_of_fault};
 pub use report::{InputReportBody, LevelName, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody, Spread};

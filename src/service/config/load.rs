@@ -1,0 +1,305 @@
+//! Merges the layers and checks the result.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use config::{Environment, File, FileFormat};
+use serde_json::Value;
+
+use crate::service::config::{Config, EngineConfig, JobsConfig, LimitsConfig, LogConfig, LogFormat};
+use crate::service::wire::{Fields, Violation};
+
+const DEFAULTS: &str = include_str!("../../../config/default.toml");
+
+/// All reasons why the configuration cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the configuration cannot be used:{}", .0.iter().map(|v| format!("\n  {}: {}", v.pointer, v.message)).collect::<String>())]
+pub struct ConfigError(pub Vec<Violation>);
+
+impl ConfigError {
+    fn whole(error: impl std::fmt::Display) -> Self {
+        Self(vec![Violation::new("configuration", error.to_string())])
+    }
+}
+
+/// A flag: dotted key and value.
+pub type Override = (&'static str, String);
+
+/// The keys as they may come in, before they are checked.
+#[derive(Default)]
+struct Raw {
+    listen: String,
+    data: String,
+    database_url: String,
+    store: String,
+    threads: usize,
+    upload_bytes: u64,
+    vertices: u64,
+    triangles: u64,
+    queued_jobs: u64,
+    deadline_s: f64,
+    workers: usize,
+    max_attempts: u32,
+    retention_s: u64,
+    heartbeat_ms: u64,
+    missed_heartbeats: u32,
+    shutdown_grace_s: u64,
+    filter: String,
+    format: LogFormat,
+}
+
+impl Config {
+    /// The configuration of this process: `file`, its environment, and flags.
+    pub fn load(file: Option<&Path>, flags: &[Override]) -> Result<Self, ConfigError> {
+        Self::from_layers(
+            file,
+            std::env::vars_os().filter_map(|(k, v)| Some((k.into_string().ok()?, v.into_string().ok()?))),
+            flags,
+        )
+    }
+
+    /// The embedded defaults on any free loopback port, with everything kept under `data`.
+    pub fn for_testing(data: &Path) -> Self {
+        let flags = [("listen", "127.0.0.1:0".to_owned()), ("data", data.to_string_lossy().into_owned())];
+        Self::from_layers(None, [], &flags).expect("the embedded defaults are valid, which a test checks")
+    }
+
+    /// The same with an explicit environment.
+    fn from_layers(
+        file: Option<&Path>,
+        environment: impl IntoIterator<Item = (String, String)>,
+        flags: &[Override],
+    ) -> Result<Self, ConfigError> {
+        let known = known_keys();
+        let environment = environment.into_iter().filter(|(name, _)| known.iter().any(|key| env_name(key) == *name));
+        let mut builder = config::Config::builder().add_source(File::from_str(DEFAULTS, FileFormat::Toml));
+        if let Some(path) = file {
+            builder = builder.add_source(File::from(path).format(FileFormat::Toml));
+        }
+        let source = Environment::with_prefix("QUADRILLE")
+            .prefix_separator("_")
+            .separator("__")
+            .source(Some(environment.collect()));
+        builder = builder.add_source(source);
+        for (key, value) in flags {
+            builder = builder.set_override(*key, value.as_str()).map_err(ConfigError::whole)?;
+        }
+        let merged = builder.build().and_then(config::Config::try_deserialize::<Value>).map_err(ConfigError::whole)?;
+        Self::from_value(merged).map_err(ConfigError)
+    }
+
+    fn from_value(mut merged: Value) -> Result<Self, Vec<Violation>> {
+        let mut violations = Vec::new();
+        let mut raw = Raw::default();
+        for (table, read) in SECTIONS {
+            let value = if table.is_empty() {
+                let mut top = merged.clone();
+                if let Value::Object(object) = &mut top {
+                    object.retain(|key, _| !SECTIONS.iter().any(|(table, _)| table == key));
+                }
+                top
+            } else {
+                merged.get_mut(*table).map(Value::take).unwrap_or_default()
+            };
+            let pointer = if table.is_empty() { String::new() } else { format!("/{table}") };
+            let mut fields = Fields::of(typed(value), &pointer, &mut violations);
+            read(&mut fields, &mut raw);
+            fields.finish();
+        }
+        let config = raw.check(&mut violations);
+        for violation in &mut violations {
+            violation.pointer = violation.pointer.trim_start_matches('/').replace('/', ".");
+        }
+        config.filter(|_| violations.is_empty()).ok_or(violations)
+    }
+}
+
+type Section = (&'static str, fn(&mut Fields<'_>, &mut Raw));
+
+/// The tables of the file; the first is its top.
+const SECTIONS: &[Section] = &[
+    ("", |fields, raw| {
+        fields.read("listen", &mut raw.listen);
+        fields.read("data", &mut raw.data);
+        fields.read("database_url", &mut raw.database_url);
+        fields.read("store", &mut raw.store);
+    }),
+    ("engine", |fields, raw| fields.read("threads", &mut raw.threads)),
+    ("limits", |fields, raw| {
+        fields.read("upload_bytes", &mut raw.upload_bytes);
+        fields.read("vertices", &mut raw.vertices);
+        fields.read("triangles", &mut raw.triangles);
+        fields.read("queued_jobs", &mut raw.queued_jobs);
+        fields.read("deadline_s", &mut raw.deadline_s);
+    }),
+    ("jobs", |fields, raw| {
+        fields.read("workers", &mut raw.workers);
+        fields.read("max_attempts", &mut raw.max_attempts);
+        fields.read("retention_s", &mut raw.retention_s);
+        fields.read("heartbeat_ms", &mut raw.heartbeat_ms);
+        fields.read("missed_heartbeats", &mut raw.missed_heartbeats);
+        fields.read("shutdown_grace_s", &mut raw.shutdown_grace_s);
+    }),
+    ("log", |fields, raw| {
+        fields.read("filter", &mut raw.filter);
+        fields.read("format", &mut raw.format);
+    }),
+];
+
+impl Raw {
+    /// The configuration, or `None` with at least one violation.
+    fn check(self, violations: &mut Vec<Violation>) -> Option<Config> {
+        let mut refuse = |wrong: bool, key: &str, message: &str| {
+            if wrong {
+                violations.push(Violation::new(key, message));
+            }
+        };
+        let listen = self.listen.parse();
+        refuse(listen.is_err(), "listen", "must be an address and a port such as 127.0.0.1:8620");
+        refuse(self.data.is_empty(), "data", "must be a folder");
+        let data = PathBuf::from(&self.data);
+        let database_url = if self.database_url.is_empty() {
+            format!("sqlite://{}", data.join("jobs.sqlite").display())
+        } else {
+            self.database_url
+        };
+        refuse(!database_url.starts_with("sqlite:"), "database_url", "this version knows only sqlite://PATH");
+        let store = self.store.strip_prefix("file://").unwrap_or(&self.store);
+        refuse(store.contains("://"), "store", "this version knows only a local folder");
+        let store = if store.is_empty() { data.join("objects") } else { PathBuf::from(store) };
+        refuse(self.threads > 1024, "engine.threads", "must be at most 1024; 0 takes all cores");
+        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        let threads = if self.threads == 0 { cores } else { self.threads };
+        refuse(self.upload_bytes == 0, "limits.upload_bytes", "must be at least 1");
+        let indices = 1..=u64::from(u32::MAX / 4);
+        refuse(!indices.contains(&self.vertices), "limits.vertices", "must be from 1 to 1073741823");
+        refuse(!indices.contains(&self.triangles), "limits.triangles", "must be from 1 to 1073741823");
+        refuse(
+            !(self.deadline_s > 0.0 && self.deadline_s <= 86_400.0),
+            "limits.deadline_s",
+            "must be above 0 and at most 86400",
+        );
+        refuse(!(1..=64).contains(&self.workers), "jobs.workers", "must be from 1 to 64");
+        refuse(!(1..=100).contains(&self.max_attempts), "jobs.max_attempts", "must be from 1 to 100");
+        refuse(self.retention_s == 0, "jobs.retention_s", "must be at least 1");
+        refuse(!(100..=600_000).contains(&self.heartbeat_ms), "jobs.heartbeat_ms", "must be from 100 to 600000");
+        refuse(!(1..=100).contains(&self.missed_heartbeats), "jobs.missed_heartbeats", "must be from 1 to 100");
+        refuse(self.shutdown_grace_s > 3600, "jobs.shutdown_grace_s", "must be at most 3600");
+        let filter = tracing_subscriber::EnvFilter::try_new(&self.filter);
+        refuse(filter.is_err(), "log.filter", "must be directives such as info,quadrille=debug");
+        Some(Config {
+            listen: listen.ok()?,
+            data,
+            database_url,
+            store,
+            engine: EngineConfig { threads },
+            limits: LimitsConfig {
+                upload_bytes: self.upload_bytes,
+                vertices: self.vertices,
+                triangles: self.triangles,
+                queued_jobs: self.queued_jobs,
+                deadline_s: self.deadline_s,
+            },
+            jobs: JobsConfig {
+                workers: self.workers,
+                max_attempts: self.max_attempts,
+                retention: Duration::from_secs(self.retention_s),
+                heartbeat: Duration::from_millis(self.heartbeat_ms),
+                missed_heartbeats: self.missed_heartbeats,
+                shutdown_grace: Duration::from_secs(self.shutdown_grace_s),
+            },
+            log: LogConfig { filter: self.filter, format: self.format },
+        })
+    }
+}
+
+/// The dotted keys of the embedded file, which names every key there is.
+fn known_keys() -> Vec<String> {
+    let mut keys = Vec::new();
+    let mut table = String::new();
+    for line in DEFAULTS.lines() {
+        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            table = format!("{name}.");
+        } else if let Some((key, _)) = line.split_once(" = ").filter(|_| !line.starts_with('#')) {
+            keys.push(format!("{table}{key}"));
+        }
+    }
+    keys
+}
+
+fn env_name(key: &str) -> String {
+    format!("QUADRILLE_{}", key.replace('.', "__").to_ascii_uppercase())
+}
+
+/// Flags and the environment are text: numbers among them become numbers.
+fn typed(mut table: Value) -> Value {
+    if let Value::Object(fields) = &mut table {
+        for (key, value) in fields.iter_mut() {
+            let textual = ["listen", "data", "database_url", "store", "filter", "format"].contains(&key.as_str());
+            let number = value.as_str().filter(|_| !textual).and_then(|text| text.parse::<serde_json::Number>().ok());
+            if let Some(number) = number {
+                *value = Value::Number(number);
+            }
+        }
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(environment: &[(&str, &str)], flags: &[Override]) -> Result<Config, ConfigError> {
+        let environment = environment.iter().map(|&(k, v)| (k.to_owned(), v.to_owned()));
+        Config::from_layers(None, environment, flags)
+    }
+
+    #[test]
+    fn the_defaults_are_valid_and_listen_on_loopback_only() {
+        let config = load(&[], &[]).unwrap();
+        assert!(config.listen.ip().is_loopback());
+        assert!(config.store.starts_with(&config.data));
+        assert!(config.database_url.contains(&*config.data.to_string_lossy()));
+        assert!(config.engine.threads >= 1);
+        assert_eq!(known_keys().len(), 18);
+    }
+
+    #[test]
+    fn flags_win_over_the_environment_and_that_over_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.toml");
+        std::fs::write(&file, "listen = \"127.0.0.1:1\"\n[limits]\nvertices = 1\ntriangles = 1\n").unwrap();
+        let environment =
+            [("QUADRILLE_LISTEN", "127.0.0.1:2"), ("QUADRILLE_LIMITS__VERTICES", "2"), ("QUADRILLE_PORT", "tcp://x")];
+        let environment = environment.map(|(k, v)| (k.to_owned(), v.to_owned()));
+        let flags = [("listen", "127.0.0.1:3".to_owned())];
+        let config = Config::from_layers(Some(&file), environment, &flags).unwrap();
+        assert_eq!((config.listen.port(), config.limits.vertices, config.limits.triangles), (3, 2, 1));
+    }
+
+    #[test]
+    fn all_errors_are_reported_at_once() {
+        let environment = [
+            ("QUADRILLE_LISTEN", "everywhere"),
+            ("QUADRILLE_DATABASE_URL", "postgres://a/b"),
+            ("QUADRILLE_STORE", "s3://bucket"),
+            ("QUADRILLE_JOBS__WORKERS", "many"),
+            ("QUADRILLE_LIMITS__UPLOAD_BYTES", "0"),
+        ];
+        let error = load(&environment, &[]).unwrap_err();
+        let keys: Vec<_> = error.0.iter().map(|violation| violation.pointer.as_str()).collect();
+        for key in ["listen", "database_url", "store", "jobs.workers", "limits.upload_bytes"] {
+            assert!(keys.contains(&key), "{key} in {keys:?}");
+        }
+    }
+
+    #[test]
+    fn unknown_keys_of_a_file_are_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.toml");
+        std::fs::write(&file, "port = 1\n[limits]\nvertexes = 1\n").unwrap();
+        let error = Config::from_layers(Some(&file), [], &[]).unwrap_err().to_string();
+        assert!(error.contains("port: unknown field") && error.contains("limits.vertexes: unknown field"), "{error}");
+    }
+}
