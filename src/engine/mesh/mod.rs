@@ -4,6 +4,7 @@
 mod conditioned;
 mod features;
 mod locate;
+pub mod shapes;
 mod soup;
 mod tri_mesh;
 
