@@ -4,6 +4,8 @@
 mod conditioned;
 mod features;
 mod locate;
+mod refine;
+pub mod remesh;
 pub mod shapes;
 mod soup;
 mod tri_mesh;
@@ -11,5 +13,6 @@ mod tri_mesh;
 pub use conditioned::{Conditioned, Surface};
 pub use features::Features;
 pub use locate::{SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
+pub use refine::{Refined, refine};
 pub use soup::TriangleSoup;
 pub use tri_mesh::{MeshError, NONE, Topology, TriMesh, next, prev};
