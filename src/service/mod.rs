@@ -1,5 +1,6 @@
 //! Everything with a socket, a timer or a wire format.
 
 pub mod config;
+pub mod formats;
 pub mod telemetry;
 pub mod wire;

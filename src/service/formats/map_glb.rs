@@ -1,0 +1,41 @@
+//! Parameterisations as binary glTF.
+
+use serde_json::json;
+
+use super::glb_container;
+use super::map::MapView;
+use super::quads_glb::{asset, push_positions};
+
+/// Three vertices per triangle, so that every corner has its own coordinates.
+pub(super) fn write(map: &MapView<'_>) -> Vec<u8> {
+    if map.faces.is_empty() {
+        return glb_container::write(&json!({"asset": asset()}), Vec::new());
+    }
+    let n = 3 * map.faces.len();
+    let mut bin = Vec::with_capacity(20 * n);
+    let bounds = push_positions(&mut bin, map.faces.iter().flatten().map(|&v| map.positions[v as usize]));
+    for uv in &map.grid.uv {
+        // glTF counts v downwards from 1.
+        bin.extend_from_slice(&(uv.x as f32).to_le_bytes());
+        bin.extend_from_slice(&((1.0 - uv.y) as f32).to_le_bytes());
+    }
+    let json = json!({
+        "asset": asset(),
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "name": "parameterisation"}],
+        "meshes": [{"name": "parameterisation", "primitives": [{
+            "attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "mode": 4,
+        }], "extras": {"grid_units_per_model_unit": map.scale}}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": n, "type": "VEC3", "min": bounds[0], "max": bounds[1]},
+            {"bufferView": 1, "componentType": 5126, "count": n, "type": "VEC2"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 12 * n, "target": 34962},
+            {"buffer": 0, "byteOffset": 12 * n, "byteLength": 8 * n, "target": 34962},
+        ],
+        "buffers": [{"byteLength": bin.len()}],
+    });
+    glb_container::write(&json, bin)
+}

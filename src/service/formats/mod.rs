@@ -1,0 +1,27 @@
+//! Files: bytes to a triangle soup, quads and maps to bytes. No file and no socket is touched here, and nothing is
+//! ever read but the bytes given.
+
+mod error;
+mod format;
+mod glb_container;
+mod map;
+mod map_glb;
+mod map_json;
+mod ngon;
+mod number;
+mod obj;
+mod ply;
+mod quads;
+mod quads_glb;
+mod read;
+mod soup_builder;
+mod stl;
+mod text_writer;
+mod usda;
+
+pub use error::ReadError;
+pub use format::{Format, MapFormat, QuadFormat};
+pub use map::{MapView, write_map};
+pub use quads::{read_quads, write_quads};
+pub use read::read_soup;
+pub use soup_builder::ReadLimits;

@@ -1,0 +1,216 @@
+//! Reading Wavefront OBJ.
+
+use glam::DVec3;
+
+use super::error::ReadError;
+use super::number::{decimal, integer, words};
+use super::soup_builder::{ReadLimits, SoupBuilder, UNSAID};
+use crate::engine::mesh::TriangleSoup;
+
+const OBJ: &str = "OBJ";
+
+/// Whether these are the first bytes of an OBJ: text whose first statement is one of OBJ's.
+pub(super) fn looks_like(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(4096)];
+    if head.contains(&0) {
+        return false;
+    }
+    let statement = head.split(|&b| b == b'\n' || b == b'\r').filter_map(|line| words(line).next());
+    let mut statements = statement.filter(|word| !word.starts_with(b"#"));
+    match statements.next() {
+        Some(word) => {
+            matches!(
+                word,
+                b"v" | b"vt" | b"vn" | b"vp" | b"f" | b"o" | b"g" | b"s" | b"mtllib" | b"usemtl" | b"l" | b"p"
+            )
+        }
+        // A comment longer than what we look at.
+        None => head.starts_with(b"#"),
+    }
+}
+
+/// Reads polygons of any degree, vertex colours and materials. Objects, groups, normals, texture coordinates and
+/// statements that are not known are passed over.
+///
+/// # Errors
+/// [`ReadError`] with the line.
+pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, ReadError> {
+    let mut reader = Reader { builder: SoupBuilder::new(limits), corners: Vec::new(), highest: None };
+    let mut rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let newline = if rest.contains(&b'\n') { b'\n' } else { b'\r' };
+    let (mut number, mut joined) = (0, Vec::new());
+    while !rest.is_empty() {
+        let first = number + 1;
+        let mut line = next_line(&mut rest, newline);
+        number += 1;
+        if line.ends_with(b"\\") {
+            joined.clear();
+            while let Some(part) = line.strip_suffix(b"\\") {
+                joined.extend_from_slice(part);
+                joined.push(b' ');
+                line = next_line(&mut rest, newline);
+                number += 1;
+            }
+            joined.extend_from_slice(line);
+            line = &joined;
+        }
+        reader.statement(line, first)?;
+    }
+    reader.finish()
+}
+
+fn next_line<'a>(rest: &mut &'a [u8], newline: u8) -> &'a [u8] {
+    let end = rest.iter().position(|&b| b == newline).unwrap_or(rest.len());
+    let line = &rest[..end];
+    *rest = rest.get(end + 1..).unwrap_or_default();
+    line.strip_suffix(b"\r").unwrap_or(line)
+}
+
+struct Reader {
+    builder: SoupBuilder,
+    corners: Vec<u32>,
+    /// The highest vertex named so far and the line that names it: vertices may follow the faces that name them.
+    highest: Option<(u32, usize)>,
+}
+
+impl Reader {
+    fn statement(&mut self, line: &[u8], number: usize) -> Result<(), ReadError> {
+        let line = line.trim_ascii_start();
+        match line {
+            [b'v', b' ' | b'\t', rest @ ..] => self.vertex(rest, number),
+            [b'f', b' ' | b'\t', rest @ ..] => self.face(rest, number),
+            [b'u', b's', b'e', b'm', b't', b'l', b' ' | b'\t', name @ ..] => {
+                self.builder.material(&String::from_utf8_lossy(name.trim_ascii()));
+                Ok(())
+            }
+            _ if line.contains(&0) => Err(ReadError::line(OBJ, number, "a zero byte; this is not text")),
+            _ => Ok(()),
+        }
+    }
+
+    /// `x y z`, `x y z w`, `x y z r g b` or `x y z r g b a`. The weight w belongs to rational curves, not to polygons.
+    fn vertex(&mut self, rest: &[u8], number: usize) -> Result<(), ReadError> {
+        let (mut values, mut n) = ([f64::from(UNSAID); 7], 0);
+        for word in words(rest).take_while(|word| word[0] != b'#').take(7) {
+            values[n] = decimal(word).ok_or_else(|| {
+                ReadError::line(OBJ, number, format!("{:?} is not a number", String::from_utf8_lossy(word)))
+            })?;
+            n += 1;
+        }
+        if n < 3 {
+            return Err(ReadError::line(OBJ, number, format!("a vertex with {n} coordinates instead of 3")));
+        }
+        let [x, y, z, r, g, b, a] = values;
+        self.builder.vertex(DVec3::new(x, y, z))?;
+        if n >= 6 {
+            self.builder.colour([r, g, b, a].map(|c| c as f32));
+        }
+        Ok(())
+    }
+
+    fn face(&mut self, rest: &[u8], number: usize) -> Result<(), ReadError> {
+        let n = self.builder.n_vertices();
+        self.corners.clear();
+        for word in words(rest).take_while(|word| word[0] != b'#') {
+            let end = word.iter().position(|&b| b == b'/').unwrap_or(word.len());
+            let index = integer(&word[..end]).ok_or_else(|| {
+                ReadError::line(OBJ, number, format!("{:?} is not a corner", String::from_utf8_lossy(word)))
+            })?;
+            let corner = match index {
+                1.. => index - 1,
+                // −1 is the last vertex before this line.
+                ..0 => index + n as i64,
+                0 => -1,
+            };
+            let corner = u32::try_from(corner).map_err(|_| out_of_range(number, index, n))?;
+            if self.highest.is_none_or(|(highest, _)| corner > highest) {
+                self.highest = Some((corner, number));
+            }
+            self.corners.push(corner);
+        }
+        self.builder.polygon(&self.corners)
+    }
+
+    fn finish(self) -> Result<TriangleSoup, ReadError> {
+        let n = self.builder.n_vertices();
+        if let Some((highest, line)) = self.highest.filter(|&(highest, _)| highest as usize >= n) {
+            return Err(out_of_range(line, i64::from(highest) + 1, n));
+        }
+        self.builder.finish(OBJ)
+    }
+}
+
+fn out_of_range(line: usize, index: i64, count: usize) -> ReadError {
+    ReadError::IndexOutOfRange { format: OBJ, place: format!("line {line}"), index, count: count as u64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Result<TriangleSoup, ReadError> {
+        read(text.as_bytes(), &ReadLimits::default())
+    }
+
+    #[test]
+    fn polygons_of_any_degree_in_every_spelling() {
+        let soup = read_text(
+            "\u{feff}# comment\r\nmtllib x.mtl\no thing\nv 0 0 0 1.0\r\nv 1 0 0\nv 1 1 0 # corner\n\tv  0\t1e0 0\nv 0.5 2 0\n\
+             vn 0 0 1\nvt 0 0\ng a b\ns 1\nf 1 2 3\nf -5// -4//1 -3/1/1 -2/1\nf 1 2 \\\r\n 3 \\\n5 4\nl 1 2\nf 1 2\nwhat is this\n",
+        )
+        .unwrap();
+        assert_eq!(soup.positions.len(), 5);
+        assert_eq!(soup.positions[3], DVec3::Y);
+        let polygons: Vec<_> = soup.polygons().collect();
+        assert_eq!(polygons, [[0, 1, 2].as_slice(), &[0, 1, 2, 3], &[0, 1, 2, 4, 3]]);
+        assert_eq!(soup.dropped_by_reader, 1);
+        assert!(soup.colours.is_empty() && soup.materials.is_empty());
+    }
+
+    #[test]
+    fn vertices_may_follow_faces_and_may_be_no_numbers() {
+        let soup = read_text("f 1 2 3\nv 0 0 0\nv nan 0 0\nv 1.#QNAN inf 0").unwrap();
+        assert_eq!(soup.polygon(0), [0, 1, 2]);
+        assert!(soup.positions[1].x.is_nan() && soup.positions[2].y.is_infinite());
+    }
+
+    #[test]
+    fn old_line_ends() {
+        assert_eq!(read_text("v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r").unwrap().n_polygons(), 1);
+    }
+
+    #[test]
+    fn colours_and_materials() {
+        let text = "v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0 0 0 1\nf 1 2 3\nusemtl red paint \nf 3 2 1\nusemtl b\nf 1 2 3\nusemtl red paint\nf 1 2 3";
+        let soup = read_text(text).unwrap();
+        assert_eq!(soup.colours, [[1.0; 4], [1.0, 0.5, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]]);
+        assert_eq!(soup.materials, [0, 1, 2, 1]);
+        assert_eq!(soup.material_names, ["", "red paint", "b"]);
+        let bytes = read_text("v 0 0 0 255 0 0\nv 1 0 0 0 0 51\nv 0 1 0\nf 1 2 3").unwrap();
+        assert_eq!(bytes.colours[1], [0.0, 0.0, 0.2, 1.0]);
+        assert_eq!(bytes.colours[2], [1.0; 4]);
+    }
+
+    #[test]
+    fn bad_lines_are_named() {
+        let place = |text: &str| read_text(text).unwrap_err().to_string();
+        assert!(place("v 0 0\n").starts_with("OBJ, line 1: a vertex with 2"));
+        assert!(place("v 0 0 0\n\nv 0 x 0\n").starts_with("OBJ, line 3: \"x\""));
+        assert!(place("v 0 0 0\nf 1 1 a\n").contains("line 2"));
+        assert!(place("v 0 0 0\nf 1 1 1\nf 1 2 1\n").contains("line 3: index 2"));
+        assert!(place("v 0 0 0\nf 1 0 1\n").contains("index 0"));
+        assert!(place("v 0 0 0\nf 1 -2 1\n").contains("index -2"));
+        assert!(place("v 0 0 0\nf 1 1 4294967297\n").contains("index 4294967297"));
+        assert_eq!(read_text("v 0 0 0\n").unwrap_err(), ReadError::Empty { format: "OBJ" });
+    }
+
+    #[test]
+    fn limits_hold() {
+        let few = ReadLimits { max_vertices: 2, ..ReadLimits::default() };
+        let error = read(b"v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3", &few).unwrap_err();
+        assert_eq!(error, ReadError::TooLarge { what: "vertices", claimed: 3, limit: 2 });
+        let few = ReadLimits { max_polygons: 1, ..ReadLimits::default() };
+        let error = read(b"v 0 0 0\nf 1 1 1 1", &few).unwrap_err();
+        assert_eq!(error, ReadError::TooLarge { what: "triangles", claimed: 2, limit: 1 });
+    }
+}

@@ -1,0 +1,183 @@
+//! Writing quads and reading them back.
+
+use super::error::ReadError;
+use super::format::{Format, QuadFormat};
+use super::read::read_soup;
+use super::soup_builder::ReadLimits;
+use super::text_writer::push_line;
+use super::{ply, quads_glb, usda};
+use crate::engine::mesh::TriangleSoup;
+use crate::engine::quad::QuadMesh;
+
+/// Writes quads. Vertices keep their order in every format, so that an index means the same in every file and in the
+/// mesh; quads keep their first corner except in GLB. Positions re-read to the same numbers from OBJ, PLY and USDA, and
+/// to the nearest single precision numbers from GLB. OBJ groups the quads by component, in order of their first quads.
+///
+/// The indices of the quads must be in range. Positions should be finite; others are written as the format can.
+pub fn write_quads(quads: &QuadMesh, format: QuadFormat) -> Vec<u8> {
+    match format {
+        QuadFormat::Obj => write_obj(quads),
+        QuadFormat::Glb => quads_glb::write(quads),
+        QuadFormat::Ply => ply::write(quads),
+        QuadFormat::Usda => usda::write(quads),
+    }
+}
+
+/// Reads a file that holds nothing but quads: what [`write_quads`] writes, or another writer's.
+///
+/// # Errors
+/// [`ReadError::NotQuads`] with the first face that is no quad, and all errors of [`read_soup`].
+pub fn read_quads(bytes: &[u8], format: QuadFormat) -> Result<QuadMesh, ReadError> {
+    let limits = ReadLimits::default();
+    let (soup, name) = match format {
+        QuadFormat::Obj => (read_soup(bytes, Some(Format::Obj), &limits)?, "OBJ"),
+        QuadFormat::Glb => (read_soup(bytes, Some(Format::Glb), &limits)?, "GLB"),
+        QuadFormat::Ply => (read_soup(bytes, Some(Format::Ply), &limits)?, "PLY"),
+        QuadFormat::Usda => (usda::read(bytes, &limits)?, "USDA"),
+    };
+    quads_of(soup, name)
+}
+
+fn quads_of(soup: TriangleSoup, format: &'static str) -> Result<QuadMesh, ReadError> {
+    let quads = soup.polygons().enumerate().map(|(face, corners)| {
+        <[u32; 4]>::try_from(corners).map_err(|_| ReadError::NotQuads {
+            format,
+            face: face as u64,
+            degree: corners.len() as u64,
+        })
+    });
+    let quads = quads.collect::<Result<_, _>>()?;
+    Ok(QuadMesh { positions: soup.positions, quads })
+}
+
+fn write_obj(quads: &QuadMesh) -> Vec<u8> {
+    let mut out = Vec::with_capacity(60 * quads.positions.len() + 30 * quads.quads.len());
+    out.extend_from_slice(b"# quads by Quadrille\n");
+    for p in &quads.positions {
+        push_line(&mut out, format_args!("v {} {} {}", p.x, p.y, p.z));
+    }
+    let component = components(quads);
+    let mut order: Vec<u32> = (0..quads.quads.len() as u32).collect();
+    order.sort_by_key(|&q| component[q as usize]);
+    let mut current = None;
+    for q in order {
+        if current != Some(component[q as usize]) {
+            current = Some(component[q as usize]);
+            push_line(&mut out, format_args!("o component_{}", component[q as usize] + 1));
+        }
+        let [a, b, c, d] = quads.quads[q as usize].map(|v| u64::from(v) + 1);
+        push_line(&mut out, format_args!("f {a} {b} {c} {d}"));
+    }
+    out
+}
+
+/// The component of each quad (joined by vertices), numbered in order of the first quad.
+fn components(quads: &QuadMesh) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..quads.positions.len() as u32).collect();
+    for quad in &quads.quads {
+        let a = root(&mut parent, quad[0]);
+        for &v in &quad[1..] {
+            let b = root(&mut parent, v);
+            parent[b as usize] = a;
+        }
+    }
+    let mut number = vec![u32::MAX; parent.len()];
+    let mut n = 0;
+    let of_quad = quads.quads.iter().map(|quad| {
+        let root = root(&mut parent, quad[0]) as usize;
+        if number[root] == u32::MAX {
+            number[root] = n;
+            n += 1;
+        }
+        number[root]
+    });
+    of_quad.collect()
+}
+
+fn root(parent: &mut [u32], mut v: u32) -> u32 {
+    while parent[v as usize] != v {
+        parent[v as usize] = parent[parent[v as usize] as usize];
+        v = parent[v as usize];
+    }
+    v
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// The surface of a cube, n by n quads per side, moved and scaled to numbers that need all their digits.
+    pub(in super::super) fn cube(n: u32) -> QuadMesh {
+        let mut mesh = QuadMesh::default();
+        let mut seen = std::collections::BTreeMap::new();
+        let m = n as i32;
+        for axis in 0..3 {
+            for side in [0, m] {
+                for i in 0..m {
+                    for j in 0..m {
+                        let corner = |di: i32, dj: i32| {
+                            let mut p = [0; 3];
+                            p[axis] = side;
+                            p[(axis + 1) % 3] = i + di;
+                            p[(axis + 2) % 3] = j + dj;
+                            p
+                        };
+                        let mut quad = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+                        if side == 0 {
+                            quad.reverse();
+                        }
+                        let quad = quad.map(|p| {
+                            *seen.entry(p).or_insert_with(|| {
+                                let p = DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
+                                mesh.positions.push(p / 3.0 + DVec3::new(0.1, -1e-7, 12345.678));
+                                mesh.positions.len() as u32 - 1
+                            })
+                        });
+                        mesh.quads.push(quad);
+                    }
+                }
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn exact_formats_re_read_to_the_same_mesh() {
+        let mesh = cube(3);
+        assert_eq!((mesh.positions.len(), mesh.quads.len()), (56, 54));
+        for format in [QuadFormat::Obj, QuadFormat::Ply, QuadFormat::Usda] {
+            let bytes = write_quads(&mesh, format);
+            assert_eq!(read_quads(&bytes, format).unwrap(), mesh, "{format:?}");
+            assert_eq!(bytes, write_quads(&mesh, format));
+        }
+    }
+
+    #[test]
+    fn one_object_per_component() {
+        let mut two = cube(1);
+        let shift = two.positions.len() as u32;
+        let other = cube(1);
+        two.positions.extend(other.positions);
+        // The quads of the two components alternate.
+        let first = std::mem::take(&mut two.quads);
+        for (a, b) in first.iter().zip(other.quads) {
+            two.quads.extend([*a, b.map(|v| v + shift)]);
+        }
+        let text = String::from_utf8(write_quads(&two, QuadFormat::Obj)).unwrap();
+        let objects: Vec<_> = text.lines().filter(|line| line.starts_with("o ")).collect();
+        assert_eq!(objects, ["o component_1", "o component_2"]);
+        let back = read_quads(text.as_bytes(), QuadFormat::Obj).unwrap();
+        assert_eq!(back.positions, two.positions);
+        assert_eq!(back.quads[..6], first);
+        assert_eq!(back.quads.len(), 12);
+    }
+
+    #[test]
+    fn what_is_no_quad_is_named() {
+        let text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2 3\n";
+        let error = read_quads(text, QuadFormat::Obj).unwrap_err();
+        assert_eq!(error, ReadError::NotQuads { format: "OBJ", face: 1, degree: 3 });
+    }
+}

@@ -1,0 +1,138 @@
+//! Building a soup under limits.
+
+use glam::DVec3;
+
+use super::error::ReadError;
+use crate::engine::mesh::TriangleSoup;
+
+/// How much a file may hold. Judged from what the file claims before anything is allocated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReadLimits {
+    /// Vertices, before welding and counting every instance.
+    pub max_vertices: u64,
+    /// Triangles, counting a polygon of n corners as n − 2.
+    pub max_polygons: u64,
+    /// Bytes that an archive, data URIs and compressed buffers may unpack to.
+    pub max_bytes_unpacked: u64,
+}
+
+impl Default for ReadLimits {
+    /// 20 million vertices, 40 million triangles, 4 GiB.
+    fn default() -> Self {
+        Self { max_vertices: 20_000_000, max_polygons: 40_000_000, max_bytes_unpacked: 4 << 30 }
+    }
+}
+
+/// A soup under construction that never grows beyond its limits.
+#[derive(Debug)]
+pub(super) struct SoupBuilder {
+    soup: TriangleSoup,
+    max_vertices: u64,
+    max_triangles: u64,
+    triangles: u64,
+    material: Option<u32>,
+}
+
+impl SoupBuilder {
+    pub(super) fn new(limits: &ReadLimits) -> Self {
+        Self {
+            soup: TriangleSoup::default(),
+            // Indices and polygon ends are u32, whatever the limits say.
+            max_vertices: limits.max_vertices.min(u64::from(u32::MAX) - 1),
+            max_triangles: limits.max_polygons.min(u64::from(u32::MAX) / 3),
+            triangles: 0,
+            material: None,
+        }
+    }
+
+    /// Fails if this many more vertices would be too many. Call with what the file claims, before reading it.
+    pub(super) fn claim_vertices(&self, more: u64) -> Result<(), ReadError> {
+        let claimed = more.saturating_add(self.soup.positions.len() as u64);
+        within("vertices", claimed, self.max_vertices)
+    }
+
+    /// Fails if this many more triangles would be too many. Call with what the file claims, before reading it.
+    pub(super) fn claim_triangles(&self, more: u64) -> Result<(), ReadError> {
+        within("triangles", more.saturating_add(self.triangles), self.max_triangles)
+    }
+
+    pub(super) fn n_vertices(&self) -> usize {
+        self.soup.positions.len()
+    }
+
+    pub(super) fn vertex(&mut self, position: DVec3) -> Result<(), ReadError> {
+        self.claim_vertices(1)?;
+        self.soup.positions.push(position);
+        if !self.soup.colours.is_empty() {
+            self.soup.colours.push([UNSAID; 4]);
+        }
+        Ok(())
+    }
+
+    /// Gives the last vertex a colour; vertices without one are white as soon as one has one.
+    pub(super) fn colour(&mut self, colour: [f32; 4]) {
+        self.soup.colours.resize(self.soup.positions.len(), [UNSAID; 4]);
+        if let Some(last) = self.soup.colours.last_mut() {
+            *last = colour;
+        }
+    }
+
+    /// Polygons from now on are of this material.
+    pub(super) fn material(&mut self, name: &str) {
+        if self.material.is_none() && self.soup.n_polygons() > 0 {
+            let unnamed = self.material_index("");
+            self.soup.materials.resize(self.soup.n_polygons(), unnamed);
+        }
+        self.material = Some(self.material_index(name));
+    }
+
+    fn material_index(&mut self, name: &str) -> u32 {
+        let names = &mut self.soup.material_names;
+        let known = names.iter().position(|known| known == name);
+        known.unwrap_or_else(|| {
+            names.push(name.to_owned());
+            names.len() - 1
+        }) as u32
+    }
+
+    /// Appends a polygon whose corners are known, or will be shown by [`Self::finish`], to be in range. Fewer than
+    /// three corners are dropped and counted.
+    pub(super) fn polygon(&mut self, corners: &[u32]) -> Result<(), ReadError> {
+        if corners.len() < 3 {
+            self.dropped(1);
+            return Ok(());
+        }
+        let triangles = corners.len() as u64 - 2;
+        self.claim_triangles(triangles)?;
+        self.triangles += triangles;
+        self.soup.push_polygon(corners);
+        if let Some(material) = self.material {
+            self.soup.materials.push(material);
+        }
+        Ok(())
+    }
+
+    /// Counts polygons that were left out.
+    pub(super) fn dropped(&mut self, n: usize) {
+        self.soup.dropped_by_reader += n;
+    }
+
+    pub(super) fn finish(mut self, format: &'static str) -> Result<TriangleSoup, ReadError> {
+        if self.soup.n_polygons() == 0 {
+            return Err(ReadError::Empty { format });
+        }
+        // Some writers say 0 to 255.
+        if self.soup.colours.iter().flatten().any(|&c| c > 1.0) {
+            self.soup.colours.iter_mut().flatten().for_each(|c| *c /= 255.0);
+        }
+        self.soup.colours.iter_mut().flatten().for_each(|c| *c = if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
+        Ok(self.soup)
+    }
+}
+
+/// A component that the file does not say; it becomes 1 in the end.
+pub(super) const UNSAID: f32 = f32::NAN;
+
+pub(super) fn within(what: &'static str, claimed: u64, limit: u64) -> Result<(), ReadError> {
+    if claimed > limit { Err(ReadError::TooLarge { what, claimed, limit }) } else { Ok(()) }
+}

@@ -1,0 +1,206 @@
+//! Universal Scene Description as text: writing quads and reading them back.
+
+use glam::DVec3;
+
+use super::error::ReadError;
+use super::number::{decimal, integer};
+use super::soup_builder::{ReadLimits, SoupBuilder};
+use super::text_writer::{push, push_line};
+use crate::engine::mesh::TriangleSoup;
+use crate::engine::quad::QuadMesh;
+
+const USDA: &str = "USDA";
+
+/// One `Mesh` without subdivision. The schema knows points as `point3f` only, and importers look for nothing else; the
+/// text holds all digits all the same, so that a reader in double precision finds the same numbers.
+pub(super) fn write(mesh: &QuadMesh) -> Vec<u8> {
+    let mut out = Vec::with_capacity(64 * mesh.positions.len() + 32 * mesh.quads.len() + 512);
+    out.extend_from_slice(
+        b"#usda 1.0\n(\n    defaultPrim = \"quads\"\n    upAxis = \"Y\"\n)\n\ndef Mesh \"quads\"\n{\n",
+    );
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for &p in &mesh.positions {
+        low = low.min(p);
+        high = high.max(p);
+    }
+    if !mesh.positions.is_empty() {
+        push_line(&mut out, format_args!("    float3[] extent = [{}, {}]", Tuple(low), Tuple(high)));
+    }
+    push_list(&mut out, "int[] faceVertexCounts", mesh.quads.iter().map(|_| "4"));
+    push_list(&mut out, "int[] faceVertexIndices", mesh.quads.iter().flatten());
+    push_list(&mut out, "point3f[] points", mesh.positions.iter().map(|&p| Tuple(p)));
+    out.extend_from_slice(b"    uniform token subdivisionScheme = \"none\"\n}\n");
+    out
+}
+
+struct Tuple(DVec3);
+
+impl std::fmt::Display for Tuple {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "({}, {}, {})", self.0.x, self.0.y, self.0.z)
+    }
+}
+
+fn push_list<T: std::fmt::Display>(out: &mut Vec<u8>, name: &str, items: impl Iterator<Item = T>) {
+    push(out, format_args!("    {name} = ["));
+    for (i, item) in items.enumerate() {
+        push(out, format_args!("{}{item}", if i == 0 { "" } else { ", " }));
+    }
+    out.extend_from_slice(b"]\n");
+}
+
+/// Reads all `Mesh` prims as polygons. Transforms, references and time samples are beyond this reader.
+///
+/// # Errors
+/// [`ReadError`] with the line.
+pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, ReadError> {
+    if !bytes.starts_with(b"#usda ") {
+        return Err(ReadError::byte(USDA, 0, "the file does not begin with \"#usda \""));
+    }
+    let mut tokens = Tokens { bytes, at: 0 };
+    let mut builder = SoupBuilder::new(limits);
+    let (mut mesh, mut previous) = (Prim::default(), [b"".as_slice(), b""]);
+    while let Some(token) = tokens.next()? {
+        match (previous, token) {
+            ([_, b"def"], b"Mesh") => std::mem::take(&mut mesh).finish(&mut builder, &tokens)?,
+            ([b"points", b"="], b"[") => mesh.points = tokens.list(decimal)?,
+            ([b"faceVertexCounts", b"="], b"[") => mesh.counts = tokens.list(integer)?,
+            ([b"faceVertexIndices", b"="], b"[") => mesh.indices = tokens.list(integer)?,
+            ([b"xformOpOrder", b"="], b"[") => return Err(tokens.fail("transforms are not supported; bake them")),
+            _ => {}
+        }
+        previous = [previous[1], token];
+    }
+    mesh.finish(&mut builder, &tokens)?;
+    builder.finish(USDA)
+}
+
+#[derive(Default)]
+struct Prim {
+    points: Vec<f64>,
+    counts: Vec<i64>,
+    indices: Vec<i64>,
+}
+
+impl Prim {
+    fn finish(self, builder: &mut SoupBuilder, tokens: &Tokens<'_>) -> Result<(), ReadError> {
+        let (base, n) = (builder.n_vertices() as u64, self.points.len() / 3);
+        builder.claim_vertices(n as u64)?;
+        if !self.points.len().is_multiple_of(3) {
+            return Err(tokens.fail("a list of points whose length is no multiple of 3"));
+        }
+        for p in self.points.chunks_exact(3) {
+            builder.vertex(DVec3::from_slice(p))?;
+        }
+        let (mut rest, mut corners) = (self.indices.as_slice(), Vec::new());
+        for count in self.counts {
+            let polygon = usize::try_from(count).ok().and_then(|count| rest.split_at_checked(count));
+            let (polygon, after) =
+                polygon.ok_or_else(|| tokens.fail("faceVertexCounts asks for more indices than there are"))?;
+            corners.clear();
+            for &index in polygon {
+                if !(0..n as i64).contains(&index) {
+                    let place = "faceVertexIndices".to_owned();
+                    return Err(ReadError::IndexOutOfRange { format: USDA, place, index, count: n as u64 });
+                }
+                corners.push((base + index as u64) as u32);
+            }
+            builder.polygon(&corners)?;
+            rest = after;
+        }
+        if rest.is_empty() { Ok(()) } else { Err(tokens.fail("more faceVertexIndices than faceVertexCounts asks for")) }
+    }
+}
+
+/// Words, punctuation and strings (as one token with their quotes); comments are passed over.
+struct Tokens<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Tokens<'a> {
+    fn fail(&self, cause: impl Into<String>) -> ReadError {
+        let line = 1 + self.bytes[..self.at.min(self.bytes.len())].iter().filter(|&&b| b == b'\n').count();
+        ReadError::line(USDA, line, cause)
+    }
+
+    fn next(&mut self) -> Result<Option<&'a [u8]>, ReadError> {
+        loop {
+            let rest = &self.bytes[self.at..];
+            let Some(&byte) = rest.first() else { return Ok(None) };
+            let length = match byte {
+                b'#' => {
+                    self.at += rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+                    continue;
+                }
+                _ if byte.is_ascii_whitespace() || byte == b',' || byte == b';' => {
+                    self.at += 1;
+                    continue;
+                }
+                b'"' | b'\'' | b'@' => {
+                    let triple = [byte; 3];
+                    let quote = if rest.starts_with(&triple) { triple.as_slice() } else { &triple[..1] };
+                    let body = &rest[quote.len()..];
+                    let end = body.windows(quote.len()).position(|window| window == quote);
+                    end.ok_or_else(|| self.fail("a string without an end"))? + 2 * quote.len()
+                }
+                _ if PUNCTUATION.contains(&byte) => 1,
+                _ => {
+                    let ends = |&b: &u8| b.is_ascii_whitespace() || PUNCTUATION.contains(&b) || b",;\"'@#".contains(&b);
+                    rest.iter().position(ends).unwrap_or(rest.len())
+                }
+            };
+            self.at += length;
+            return Ok(Some(&rest[..length]));
+        }
+    }
+
+    /// The numbers up to the closing bracket, brackets of tuples passed over.
+    fn list<T>(&mut self, parse: fn(&[u8]) -> Option<T>) -> Result<Vec<T>, ReadError> {
+        let mut items = Vec::new();
+        loop {
+            match self.next()?.ok_or_else(|| self.fail("a list without an end"))? {
+                b"]" => return Ok(items),
+                b"(" | b")" => {}
+                token => items.push(parse(token).ok_or_else(|| {
+                    self.fail(format!("{:?} is not a number", String::from_utf8_lossy(&token[..token.len().min(40)])))
+                })?),
+            }
+        }
+    }
+}
+
+const PUNCTUATION: &[u8] = b"()[]{}=";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: &str = "#usda 1.0\n( doc = \"\"\"points = [\n\"\"\" )\ndef Xform \"x\" {\ndef Mesh \"m\" (kind = \"a\") {\n\
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1e0, 0), (0, 1, 0)] # points\n\
+        int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n}\n";
+
+    #[test]
+    fn several_meshes_are_one_soup() {
+        let text = format!("{SQUARE}{}}}", SQUARE.split_once("{\n").unwrap().1);
+        let soup = read(text.as_bytes(), &ReadLimits::default()).unwrap();
+        assert_eq!(soup.positions.len(), 8);
+        assert_eq!(soup.polygons().collect::<Vec<_>>(), [[0, 1, 2, 3], [4, 5, 6, 7]]);
+    }
+
+    #[test]
+    fn faults_are_told_with_their_line() {
+        let fault = |from: &str, to: &str| {
+            let text = SQUARE.replacen(from, to, 1);
+            assert_ne!(text, SQUARE);
+            read(text.as_bytes(), &ReadLimits::default()).unwrap_err().to_string()
+        };
+        assert!(fault("[0, 1, 2, 3]", "[0, 1, 2, 4]").contains("index 4"));
+        assert!(fault("[4]", "[5]").contains("more indices"));
+        assert!(fault("[4]", "[3]").contains("more faceVertexIndices"));
+        assert!(fault("(0, 1, 0)]", "(0, 1)]").contains("multiple of 3"));
+        assert!(fault("1e0", "one").contains("line 6: \"one\""));
+        assert!(fault("\n}\n", "\nuniform token[] xformOpOrder = [\"a\"]").contains("transforms"));
+        assert!(fault("#usda", "#usdc").contains("byte 0"));
+    }
+}
