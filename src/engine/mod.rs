@@ -8,9 +8,11 @@
 //! Stages are functions from plain results to a plain result, with the [`run::RunContext`] first. All methods end in
 //! the same doors and share one extractor, one certificate and one report. `tests/architecture.rs` holds the plan.
 
+pub mod field;
 pub mod mesh;
 pub mod numerics;
 pub mod parameterize;
 pub mod pipeline;
 pub mod quad;
 pub mod run;
+pub mod topology;
