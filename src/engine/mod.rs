@@ -10,6 +10,7 @@
 
 pub mod field;
 pub mod mesh;
+pub mod methods;
 pub mod numerics;
 pub mod parameterize;
 pub mod pipeline;

@@ -43,7 +43,8 @@ impl Periods {
                 factor.solve(&mut w);
                 let mut block = Vec::with_capacity(n * chunk.len());
                 for column in w.chunks(nz.max(1)) {
-                    block.extend(reduced.zq.iter().map(|c| c.iter().map(|&(i, v)| v * column[i as usize]).sum::<f64>()));
+                    block
+                        .extend(reduced.zq.iter().map(|c| c.iter().map(|&(i, v)| v * column[i as usize]).sum::<f64>()));
                 }
                 block.resize(n * chunk.len(), 0.0);
                 Ok(block)

@@ -101,8 +101,7 @@ impl MapSystem {
         corners: &[u32],
     ) -> Result<Self, MapError> {
         let (cut, _, turns) = cut_and_comb(mesh, &field.matching, &field.quarter_index);
-        let direction: Vec<f64> =
-            field.angle.iter().zip(&turns).map(|(a, &k)| a - f64::from(k) * FRAC_PI_2).collect();
+        let direction: Vec<f64> = field.angle.iter().zip(&turns).map(|(a, &k)| a - f64::from(k) * FRAC_PI_2).collect();
         let iso = iso_lines(mesh, frames, &direction, is_feature);
         let forms = CornerForms::new(mesh, &cut);
         let special: Vec<u32> = special_vertices(mesh, field, corners);
@@ -237,7 +236,8 @@ fn iso_lines(mesh: &TriMesh, frames: &Frames, direction: &[f64], is_feature: &[b
 
 /// Vertices that must lie on integer points: singular ones and corners, sorted.
 fn special_vertices(mesh: &TriMesh, field: &CrossField, corners: &[u32]) -> Vec<u32> {
-    let mut special: Vec<u32> = (0..mesh.n_vertices() as u32).filter(|&v| field.quarter_index[v as usize] != 0).collect();
+    let mut special: Vec<u32> =
+        (0..mesh.n_vertices() as u32).filter(|&v| field.quarter_index[v as usize] != 0).collect();
     special.extend(corners);
     special.sort_unstable();
     special.dedup();
@@ -246,7 +246,12 @@ fn special_vertices(mesh: &TriMesh, field: &CrossField, corners: &[u32]) -> Vec<
 
 type Integral = Vec<Vec<(u32, f64)>>;
 
-fn constrain(mesh: &TriMesh, forms: &CornerForms, iso: &[Iso], special: &[u32]) -> Result<(Unknowns, Integral), MapError> {
+fn constrain(
+    mesh: &TriMesh,
+    forms: &CornerForms,
+    iso: &[Iso],
+    special: &[u32],
+) -> Result<(Unknowns, Integral), MapError> {
     let n_real = 2 * forms.n_unknowns;
     let mut rank: Vec<u8> = (0..n_real).map(|x| u8::from(x >= 2 * forms.n_vertices)).collect();
     for &v in special {
@@ -267,8 +272,7 @@ fn constrain(mesh: &TriMesh, forms: &CornerForms, iso: &[Iso], special: &[u32]) 
         let [re, im] = real_parts(&forms.corner[corner]);
         if iso[h] == Iso::U { re } else { im }
     };
-    let lines: Vec<usize> =
-        (0..mesh.n_halfedges()).filter(|&h| iso[h] != Iso::None && mesh.is_edge_owner(h)).collect();
+    let lines: Vec<usize> = (0..mesh.n_halfedges()).filter(|&h| iso[h] != Iso::None && mesh.is_edge_owner(h)).collect();
     for &h in &lines {
         let mut relation = coordinate(h, crate::engine::mesh::next(h));
         relation.extend(coordinate(h, h).into_iter().map(|(x, c)| (x, -c)));
