@@ -1,5 +1,7 @@
 //! Quad meshes.
 
+pub mod optimise;
 mod quad_mesh;
 
+pub use optimise::{OptimiseOptions, optimise};
 pub use quad_mesh::{Anchor, QuadDraft, QuadMesh};
