@@ -3,6 +3,5 @@
 mod report;
 mod spec;
 
-pub use crate::engine::certify::QuadReport;
-pub use report::{InputReport, Level, MapReport, Repairs, Report, Singularity};
+pub use report::{InputReport, Level, MapReport, QuadReport, Repairs, Report, Singularity};
 pub use spec::{Align, Boundary, FeatureSpec, Method, Optimise, RemeshSpec, Target, WorkingMesh};

@@ -1,7 +1,5 @@
 //! Quad meshes.
 
-pub mod optimise;
 mod quad_mesh;
 
-pub use optimise::{OptimiseOptions, optimise};
 pub use quad_mesh::{Anchor, QuadDraft, QuadMesh};

@@ -107,8 +107,31 @@ impl Observer for Silent {
     fn progress(&self, _: u32) {}
 }
 
+/// Two listeners to one run.
+struct Both {
+    first: RunContext,
+    second: Box<dyn Observer>,
+}
+
+impl Observer for Both {
+    fn stage_begins(&self, stage: Stage) {
+        self.first.shared.observer.stage_begins(stage);
+        self.second.stage_begins(stage);
+    }
+
+    fn stage_ends(&self, stage: Stage) {
+        self.first.shared.observer.stage_ends(stage);
+        self.second.stage_ends(stage);
+    }
+
+    fn progress(&self, thousandths: u32) {
+        self.first.progress(f64::from(thousandths) / 1000.0);
+        self.second.progress(thousandths);
+    }
+}
+
 struct Shared {
-    stop: AtomicU8,
+    stop: Arc<AtomicU8>,
     thousandths: AtomicU32,
     observer: Box<dyn Observer>,
 }
@@ -130,8 +153,25 @@ impl Debug for RunContext {
 impl RunContext {
     /// A run with this seed that reports to this observer.
     pub fn new(seed: u64, observer: impl Observer + 'static) -> Self {
-        let shared = Shared { stop: AtomicU8::new(0), thousandths: AtomicU32::new(0), observer: Box::new(observer) };
+        Self::with(Arc::default(), seed, Box::new(observer))
+    }
+
+    fn with(stop: Arc<AtomicU8>, seed: u64, observer: Box<dyn Observer>) -> Self {
+        let shared = Shared { stop, thousandths: AtomicU32::new(0), observer };
         Self { shared: Arc::new(shared), seed }
+    }
+
+    /// The same run, with this seed, heard by one more observer. Whoever stops one of the two contexts stops both.
+    pub fn also(&self, seed: u64, observer: impl Observer + 'static) -> Self {
+        let both = Both { first: self.clone(), second: Box::new(observer) };
+        Self::with(self.shared.stop.clone(), seed, Box::new(both))
+    }
+
+    /// The last steps of the same run: heard by the same observers, but not stopped by what stopped it so far. For
+    /// what is done with a result that a deadline cut short.
+    pub fn unstopped(&self) -> Self {
+        let both = Both { first: self.clone(), second: Box::new(Silent) };
+        Self::with(Arc::default(), self.seed, Box::new(both))
     }
 
     /// A run that nobody watches, with seed 0.
@@ -175,7 +215,7 @@ impl RunContext {
 
     /// The whole run is this far, 0 to 1; smaller values than the last are ignored.
     pub fn progress(&self, fraction: f64) {
-        let thousandths = (fraction.clamp(0.0, 1.0) * 1000.0) as u32;
+        let thousandths = (fraction.clamp(0.0, 1.0) * 1000.0).round() as u32;
         if self.shared.thousandths.fetch_max(thousandths, Ordering::AcqRel) < thousandths {
             self.shared.observer.progress(thousandths);
         }
@@ -194,5 +234,33 @@ mod tests {
         ctx.stop(StopReason::Client);
         assert_eq!(ctx.check(), Err(Cancelled(StopReason::Deadline)));
         assert!(ctx.stage(Stage::Field, || Ok::<_, Cancelled>(())).is_err());
+    }
+
+    #[test]
+    fn a_second_observer_hears_the_same_run() {
+        #[derive(Default)]
+        struct Ears(AtomicU32);
+        impl Observer for Arc<Ears> {
+            fn stage_begins(&self, _: Stage) {
+                self.0.fetch_add(10_000, Ordering::Relaxed);
+            }
+            fn stage_ends(&self, _: Stage) {}
+            fn progress(&self, thousandths: u32) {
+                self.0.fetch_add(thousandths, Ordering::Relaxed);
+            }
+        }
+        let (first, second) = (Arc::new(Ears::default()), Arc::new(Ears::default()));
+        let outer = RunContext::new(1, first.clone());
+        let inner = outer.also(2, second.clone());
+        inner.stage(Stage::Field, || Ok::<_, Cancelled>(())).unwrap();
+        inner.progress(0.257);
+        inner.progress(0.1);
+        for ears in [&first, &second] {
+            assert_eq!(ears.0.load(Ordering::Relaxed), 10_257);
+        }
+        assert_eq!(inner.seed(), 2);
+        outer.stop(StopReason::Deadline);
+        assert_eq!(inner.check(), Err(Cancelled(StopReason::Deadline)));
+        assert_eq!(inner.unstopped().check(), Ok(()));
     }
 }

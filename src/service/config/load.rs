@@ -59,6 +59,11 @@ impl Config {
         )
     }
 
+    /// The embedded defaults.
+    pub fn defaults() -> Self {
+        Self::from_layers(None, [], &[]).expect("the embedded defaults are valid, which a test checks")
+    }
+
     /// The embedded defaults on any free loopback port, with everything kept under `data`.
     pub fn for_testing(data: &Path) -> Self {
         let flags = [("listen", "127.0.0.1:0".to_owned()), ("data", data.to_string_lossy().into_owned())];

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::engine::run::{Blame, Fault, Stage, StopReason};
+use crate::engine::run::{Blame, Cancelled, Fault, Stage, StopReason};
+use crate::service::formats::ReadError;
 
 /// Most offending elements that a problem lists.
 const MAX_ELEMENTS: usize = 20;
@@ -226,6 +227,27 @@ pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option
     let mut elements = error.elements();
     elements.truncate(MAX_ELEMENTS);
     Problem { stage: stage.map(Stage::name), elements, ..Problem::new(kind, sentence(&error.to_string())) }
+}
+
+impl From<Cancelled> for Problem {
+    fn from(cancelled: Cancelled) -> Self {
+        Self::stopped(cancelled.0)
+    }
+}
+
+impl From<&ReadError> for Problem {
+    /// Files have kinds of problems of their own; who is to blame does not tell them apart.
+    fn from(error: &ReadError) -> Self {
+        let kind = match error {
+            ReadError::UnknownFormat => ProblemKind::UnknownFormat,
+            ReadError::TooLarge { .. } => ProblemKind::MeshTooLarge,
+            ReadError::UnsupportedExtension { .. } => ProblemKind::UnsupportedExtension,
+            _ => ProblemKind::UnreadableMesh,
+        };
+        let mut elements = error.elements();
+        elements.truncate(MAX_ELEMENTS);
+        Problem { elements, ..Problem::new(kind, sentence(&error.to_string())) }.at(Stage::Read)
+    }
 }
 
 /// Errors start in lower case and have no full stop; a detail is a sentence.

@@ -170,12 +170,8 @@ pub struct MapBody {
 }
 
 impl ReportBody {
-    /// The report of the engine with what only the service knows: `timings_ms` per stage in order, without `total`,
-    /// the total, and the peak of the resident memory.
-    pub fn new(report: &Report, timings_ms: &[(&str, f64)], total_ms: f64, peak_memory_bytes: u64) -> Self {
-        let mut timings: Map<String, Value> =
-            timings_ms.iter().map(|&(stage, ms)| (stage.to_owned(), rounded(ms))).collect();
-        timings.insert("total".to_owned(), rounded(total_ms));
+    /// The report of the engine; timings and memory are not known yet.
+    pub fn of(report: &Report) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             method: report.method.to_owned(),
@@ -185,10 +181,17 @@ impl ReportBody {
             input: (&report.input).into(),
             quads: (&report.quads).into(),
             map: report.map.as_ref().map(MapBody::from),
-            timings_ms: timings,
-            peak_memory_bytes,
+            timings_ms: Map::new(),
+            peak_memory_bytes: 0,
             warnings: report.warnings.clone(),
         }
+    }
+
+    /// Notes the milliseconds per stage, in order, the total and the peak of the resident memory.
+    pub fn set_timings(&mut self, stages: &[(&str, f64)], total_ms: f64, peak_memory_bytes: u64) {
+        self.timings_ms = stages.iter().map(|&(stage, ms)| (stage.to_owned(), rounded(ms))).collect();
+        self.timings_ms.insert("total".to_owned(), rounded(total_ms));
+        self.peak_memory_bytes = peak_memory_bytes;
     }
 }
 
@@ -270,7 +273,8 @@ mod tests {
             map: Some(MapReport::default()),
             warnings: vec![],
         };
-        let body = ReportBody::new(&report, &[("read", 1.0), ("field", 2.0)], 3.5, 42);
+        let mut body = ReportBody::of(&report);
+        body.set_timings(&[("read", 1.0), ("field", 2.0)], 3.5, 42);
         let json = serde_json::to_value(&body).unwrap();
         assert_eq!(json["level"], "L3");
         assert_eq!(json["input"]["repairs"]["welded"], 3);

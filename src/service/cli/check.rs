@@ -1,0 +1,61 @@
+//! `quadrille check`: the certificate alone.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::engine::run::{RunContext, StopReason};
+use crate::service::cli::files::{self, Outputs};
+use crate::service::cli::remesh::{known, report_json};
+use crate::service::cli::spec_flags::SpecFlags;
+use crate::service::cli::{Failure, interrupt};
+use crate::service::config::Config;
+use crate::service::formats::{Format, QuadFormat, read_quads};
+use crate::service::run::{Input, check_quads, engine_pool, read_limits};
+use crate::service::wire::Problem;
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Mesh that the quads were made for
+    input: PathBuf,
+    /// Quads: .obj, .glb, .ply or .usda
+    quads: PathBuf,
+    /// Format of the input, instead of its ending
+    #[arg(long, value_name = "FORMAT")]
+    from: Option<String>,
+    /// Format of the quads, instead of their ending
+    #[arg(long, value_name = "FORMAT")]
+    to: Option<String>,
+    /// Threads of the engine; 0: all cores
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    #[command(flatten)]
+    spec: SpecFlags,
+}
+
+pub(super) fn run(args: CheckArgs) -> Result<(), Failure> {
+    let resolved = args.spec.resolve()?;
+    let from = match &args.from {
+        Some(name) => Some(known(Format::from_extension(name), name, "obj, glb, gltf, ply, stl, zip")?),
+        None => files::extension(&args.input).and_then(Format::from_extension),
+    };
+    let to = args.to.as_deref().or(files::extension(&args.quads)).unwrap_or_default();
+    let to = known(QuadFormat::from_extension(to), to, "obj, glb, ply, usda")?;
+    let limits = Config::defaults().limits;
+    let mesh = files::read(&args.input, limits.upload_bytes)?;
+    let quads = files::read(&args.quads, limits.upload_bytes)?;
+    let quads = read_quads(&quads, to).map_err(|error| Problem::from(&error))?;
+
+    let pool = engine_pool(args.threads)?;
+    let context = RunContext::silent();
+    let stop = context.clone();
+    let runtime = interrupt::runtime()?;
+    runtime.spawn(interrupt::on_signal(move || stop.stop(StopReason::Client)));
+    let input = Input { bytes: &mesh, format: from, limits: read_limits(&limits) };
+    let certificate = pool.install(|| check_quads(&context, &input, &quads, &resolved.spec))?;
+    let mut outputs = Outputs::default();
+    outputs.add("-".as_ref(), report_json(&certificate)?)?;
+    outputs.publish()?;
+    if certificate.certified { Ok(()) } else { Err(Failure::NotCertified) }
+}

@@ -1,0 +1,120 @@
+//! The command line (contract.md, section 1): `quadrille remesh | check | sample | openapi | serve | worker | demo`.
+//!
+//! Exit codes: 0 certified result; 2 usage or spec; 3 the input was refused; 4 no result within the limits; 5 deadline;
+//! 130 cancelled; 70 a bug of ours. Failures are one line on stderr.
+
+mod check;
+mod demo;
+mod files;
+mod interrupt;
+mod progress;
+mod remesh;
+mod sample;
+mod serve;
+mod spec_flags;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::service::wire::Problem;
+
+/// A triangle mesh in, a parameterisation and a certified pure quad mesh out.
+#[derive(Debug, Parser)]
+#[command(name = "quadrille", version, max_term_width = 120)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Start the server, submit a sample over HTTP, save the results to ./quadrille-demo/ and keep serving
+    Demo(demo::DemoArgs),
+    /// HTTP server and workers in one process
+    Serve(serve::ServeArgs),
+    /// A worker only, on the configured database and store
+    Worker(serve::ServeArgs),
+    /// Remesh a file without a server
+    Remesh(Box<remesh::RemeshArgs>),
+    /// Check quads against the surface they were made for; the certificate as JSON
+    Check(check::CheckArgs),
+    /// Write one of the built-in sample surfaces
+    Sample(sample::SampleArgs),
+    /// Print the OpenAPI document
+    Openapi,
+}
+
+/// Why a command ends without success.
+#[derive(Debug)]
+enum Failure {
+    /// A wrong command line or something that can be judged before any work.
+    Usage(String),
+    /// A file that cannot be read.
+    Input(String),
+    /// A result that cannot be written.
+    Output(String),
+    /// Quads that the certificate refuses; already reported on stdout.
+    NotCertified,
+    /// A problem of the run.
+    Problem(Problem),
+}
+
+impl From<Problem> for Failure {
+    fn from(problem: Problem) -> Self {
+        Failure::Problem(problem)
+    }
+}
+
+impl Failure {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Failure::Usage(_) => 2,
+            Failure::Input(_) => 3,
+            Failure::Output(_) | Failure::NotCertified => 4,
+            Failure::Problem(problem) => problem.kind.exit_code(),
+        }
+    }
+
+    /// One line for people.
+    fn line(&self) -> Option<String> {
+        match self {
+            Failure::Usage(line) | Failure::Input(line) | Failure::Output(line) => Some(line.clone()),
+            Failure::NotCertified => None,
+            Failure::Problem(problem) => Some(problem.to_string()),
+        }
+    }
+}
+
+/// Runs the command of this process.
+pub fn main() -> ExitCode {
+    let outcome = match CommandLine::parse().command {
+        Command::Demo(args) => demo::run(args),
+        Command::Serve(args) => serve::serve(args),
+        Command::Worker(args) => serve::worker(args),
+        Command::Remesh(args) => remesh::run(*args),
+        Command::Check(args) => check::run(args),
+        Command::Sample(args) => sample::run(args),
+        Command::Openapi => serve::openapi(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if let Some(line) = failure.line() {
+                eprintln!("quadrille: {}", line.replace('\n', " "));
+            }
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        CommandLine::command().debug_assert();
+    }
+}

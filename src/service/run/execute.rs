@@ -1,0 +1,172 @@
+//! The run itself.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use crate::engine::certify::certify;
+use crate::engine::mesh::locate::SurfaceIndex;
+use crate::engine::pipeline::{Outcome, RemeshSpec, remesh};
+use crate::engine::quad::QuadMesh;
+use crate::engine::run::{RunContext, Stage, StopReason};
+use crate::service::config::LimitsConfig;
+use crate::service::formats::{
+    Format, MapFormat, MapView, QuadFormat, ReadLimits, read_quads, read_soup, write_map, write_quads,
+};
+use crate::service::preview::preview_png;
+use crate::service::run::deadline::Deadline;
+use crate::service::run::memory::peak_bytes;
+use crate::service::run::stage_clock::StageClock;
+use crate::service::wire::{Problem, ProblemKind, ReportBody, problem_of_fault};
+
+/// Stack of an engine thread: recursive algorithms of libraries must not end the process.
+const STACK_BYTES: usize = 16 << 20;
+
+/// An upload.
+#[derive(Clone, Copy, Debug)]
+pub struct Input<'a> {
+    /// The bytes.
+    pub bytes: &'a [u8],
+    /// Their format, where it is known; otherwise the first bytes tell it.
+    pub format: Option<Format>,
+    /// Limits on what the file may claim.
+    pub limits: ReadLimits,
+}
+
+/// Which files are wanted.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// Formats of the quads. The first one must pass the certificate; a further one that does not hold these quads is
+    /// left out with a warning.
+    pub quads: Vec<QuadFormat>,
+    /// Formats of the parameterisation.
+    pub map: Vec<MapFormat>,
+    /// Pixels of the sides of a picture.
+    pub preview: Option<u32>,
+}
+
+/// What a run made: certified, or there would be none.
+#[derive(Clone, Debug)]
+pub struct Products {
+    /// Files of the quads.
+    pub quads: Vec<(QuadFormat, Vec<u8>)>,
+    /// Files of the parameterisation; none if no component came from a map.
+    pub map: Vec<(MapFormat, Vec<u8>)>,
+    /// PNG.
+    pub preview: Option<Vec<u8>>,
+    /// The report.
+    pub report: ReportBody,
+}
+
+/// Limits of the readers from those of the configuration.
+pub fn read_limits(limits: &LimitsConfig) -> ReadLimits {
+    ReadLimits {
+        max_vertices: limits.vertices,
+        max_polygons: limits.triangles,
+        max_bytes_unpacked: limits.upload_bytes,
+    }
+}
+
+/// Threads for the engine; 0 are all cores.
+pub fn engine_pool(threads: usize) -> Result<rayon::ThreadPool, Problem> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
+    builder.thread_name(|n| format!("engine-{n}")).build().map_err(|error| {
+        tracing::error!(%error, "the engine's threads cannot be started");
+        Problem::internal()
+    })
+}
+
+/// One run; blocks, so call it on a thread of the engine's pool. The context may be stopped from outside at any time;
+/// this function stops it at the deadline. Panics become problems.
+///
+/// # Errors
+/// The problem, with its stage.
+pub fn execute(
+    context: &RunContext,
+    input: &Input<'_>,
+    spec: &RemeshSpec,
+    wanted: &Wanted,
+    deadline: Duration,
+) -> Result<Products, Problem> {
+    let clock = StageClock::default();
+    let ctx = context.also(spec.seed, clock.clone());
+    let timer = Deadline::start(ctx.clone(), deadline);
+    let start = Instant::now();
+    let outcome = catch_unwind(AssertUnwindSafe(|| steps(&ctx, input, spec, wanted)));
+    drop(timer);
+    let mut products = outcome.unwrap_or_else(|panic| {
+        let what = panic.downcast_ref::<String>().map(String::as_str);
+        let what = what.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        tracing::error!(panic = what, "the engine panicked");
+        Err(Problem::internal())
+    })?;
+    let timings = clock.timings_ms().into_iter().collect::<Vec<_>>();
+    products.report.set_timings(&timings, start.elapsed().as_secs_f64() * 1000.0, peak_bytes());
+    Ok(products)
+}
+
+fn steps(
+    ctx: &RunContext,
+    input: &Input<'_>,
+    spec: &RemeshSpec,
+    wanted: &Wanted,
+) -> Result<Products, Problem> {
+    let soup = ctx.stage(Stage::Read, || {
+        read_soup(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
+    })?;
+    let outcome =
+        remesh(ctx, &soup, spec).map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
+    drop(soup);
+    // A deadline has done its work when the engine hands out what it had by then; a client or an ending process that
+    // stopped the run wants no result.
+    if let Some(reason @ (StopReason::Client | StopReason::Shutdown)) = ctx.stopped() {
+        return Err(Problem::stopped(reason));
+    }
+    let ctx = &ctx.unstopped();
+    if !outcome.report.certified {
+        return Err(not_certified(&outcome.report.warnings.join("; ")));
+    }
+    ctx.stage(Stage::Write, || write(ctx, outcome, wanted))
+}
+
+/// Writes all files and certifies what is read back from them.
+fn write(ctx: &RunContext, outcome: Outcome, wanted: &Wanted) -> Result<Products, Problem> {
+    let mut report = ReportBody::of(&outcome.report);
+    let index = SurfaceIndex::new(&outcome.surface.mesh);
+    let mut quads: Vec<(QuadFormat, Vec<u8>)> = Vec::new();
+    let mut proved: Option<QuadMesh> = None;
+    for &format in &wanted.quads {
+        let bytes = write_quads(&outcome.quads, format);
+        let again = read_quads(&bytes, format).map_err(|error| not_certified(&error.to_string()))?;
+        if proved.as_ref().is_some_and(|proved| *proved == again) {
+            quads.push((format, bytes));
+            continue;
+        }
+        let certificate = certify(ctx, &outcome.surface, &index, &again)?;
+        if certificate.certified {
+            quads.push((format, bytes));
+            proved.get_or_insert(again);
+            continue;
+        }
+        let why: Vec<String> = certificate.violations.iter().map(ToString::to_string).collect();
+        if proved.is_none() {
+            return Err(not_certified(&why.join("; ")));
+        }
+        let name = format.extension();
+        report.warnings.push(format!("the {name} file does not hold these quads and is left out: {}", why.join("; ")));
+    }
+    let map = outcome.map.as_ref().map(|map| MapView {
+        positions: &map.positions,
+        faces: &map.faces,
+        grid: &map.grid,
+        scale: map.scale,
+        singularities: &map.singularities,
+    });
+    let map = map.iter().flat_map(|view| wanted.map.iter().map(|&format| (format, write_map(view, format)))).collect();
+    let preview = wanted.preview.map(|size| preview_png(&outcome.quads, size));
+    Ok(Products { quads, map, preview, report })
+}
+
+fn not_certified(why: &str) -> Problem {
+    tracing::error!(why, "the result was not certified");
+    Problem::new(ProblemKind::NoQuadMesh, format!("The quads did not pass the certificate: {why}.")).at(Stage::Certify)
+}

@@ -1,0 +1,13 @@
+//! One run from bytes to certified files, for the command line and for workers alike.
+//!
+//! Read → engine → write → read again → certificate → report. The engine has no clock: the deadline is a timer thread
+//! that stops the run, and the seconds of every stage are taken by an observer.
+
+mod check;
+mod deadline;
+mod execute;
+mod memory;
+mod stage_clock;
+
+pub use check::{CertificateBody, check_quads};
+pub use execute::{Input, Products, Wanted, engine_pool, execute, read_limits};

@@ -1,0 +1,218 @@
+//! The floor plan and the habits of the house, read from the sources.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The floors of the engine, lowest first: a floor may use itself and those before it.
+const FLOORS: &[&str] = &[
+    "run",
+    "numerics",
+    "mesh",
+    "topology",
+    "field",
+    "parameterize",
+    "quad",
+    "fallback",
+    "certify",
+    "render",
+    "methods",
+    "pipeline",
+];
+
+/// What the engine must not know: the network, files, the environment, clocks, wire formats, and anything whose order
+/// differs from run to run.
+const FORBIDDEN_IN_ENGINE: &[&str] = &[
+    "tokio",
+    "axum",
+    "serde",
+    "std::fs",
+    "std::env",
+    "Instant",
+    "SystemTime",
+    "println!",
+    "eprintln!",
+    "HashMap",
+    "HashSet",
+    "crate::service",
+];
+
+/// Never in the sources; written in two parts so that this file passes its own test.
+const FORBIDDEN: &[&str] = &[concat!("TO", "DO"), concat!("FIX", "ME"), concat!("to", "do!("), concat!("db", "g!(")];
+
+const MAX_LINES: usize = 500;
+
+struct Source {
+    path: String,
+    text: String,
+}
+
+impl Source {
+    /// The lines of code with their numbers, without comments.
+    fn code(&self) -> impl Iterator<Item = (usize, &str)> {
+        let lines = self.text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+        lines.filter(|(_, line)| !line.starts_with("//"))
+    }
+
+    /// The floor of the engine that the file belongs to.
+    fn floor(&self) -> Option<&str> {
+        self.path.strip_prefix("src/engine/")?.split_once('/').map(|(floor, _)| floor)
+    }
+}
+
+fn sources() -> Vec<Source> {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let mut found = Vec::new();
+    let mut folders = vec![root.join("src"), root.join("tests")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).expect("the folder can be read").map(|entry| entry.expect("an entry")) {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let name =
+                    |path: &Path| path.strip_prefix(&root).expect("below the root").to_string_lossy().into_owned();
+                found.push(Source { text: fs::read_to_string(&path).expect("text"), path: name(&path) });
+            }
+        }
+    }
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    assert!(found.len() > 20, "the sources were not found");
+    found
+}
+
+/// All breaches at once, so that one run shows what is to be done.
+fn check(name: &str, breaches: Vec<String>) {
+    assert!(breaches.is_empty(), "{name}:\n{}", breaches.join("\n"));
+}
+
+#[test]
+fn the_engine_uses_floors_below_only() {
+    let rank = |floor: &str| FLOORS.iter().position(|known| *known == floor);
+    let mut breaches = Vec::new();
+    for source in sources().iter().filter(|source| source.path.starts_with("src/engine/")) {
+        let Some(floor) = source.floor() else { continue };
+        let Some(own) = rank(floor) else {
+            breaches.push(format!("{}: {floor} is no floor of the plan", source.path));
+            continue;
+        };
+        for (n, line) in source.code() {
+            for used in line.split("crate::engine::").skip(1) {
+                let used = used.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default();
+                match rank(used) {
+                    Some(other) if other <= own => {}
+                    _ => breaches.push(format!("{}:{n}: {floor} may not use {used:?}", source.path)),
+                }
+            }
+        }
+    }
+    check("floor plan", breaches);
+}
+
+#[test]
+fn every_floor_of_the_engine_is_in_the_plan() {
+    let engine = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/engine/mod.rs")).expect("text");
+    let floors = engine.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'));
+    let unknown: Vec<String> = floors.filter(|floor| !FLOORS.contains(floor)).map(str::to_owned).collect();
+    check("floors that are not in the plan", unknown);
+}
+
+#[test]
+fn the_engine_knows_no_outside() {
+    let mut breaches = Vec::new();
+    for source in sources().iter().filter(|source| source.path.starts_with("src/engine/")) {
+        for (n, line) in source.code() {
+            let words = FORBIDDEN_IN_ENGINE.iter().filter(|word| contains_word(line, word));
+            breaches.extend(words.map(|word| format!("{}:{n}: {word}", source.path)));
+        }
+    }
+    check("words that the engine must not know", breaches);
+}
+
+/// Whether `word` stands in `line` and is not a part of a longer name.
+fn contains_word(line: &str, word: &str) -> bool {
+    let part_of_name = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    line.match_indices(word).any(|(at, _)| {
+        let before = part_of_name(line[..at].chars().next_back());
+        let after = !word.ends_with('!') && part_of_name(line[at + word.len()..].chars().next());
+        !before && !after
+    })
+}
+
+#[test]
+fn methods_do_not_use_each_other() {
+    let mut breaches = Vec::new();
+    for source in sources() {
+        let Some(rest) = source.path.strip_prefix("src/engine/methods/") else { continue };
+        let Some((own, _)) = rest.split_once('/') else { continue };
+        for (n, line) in source.code() {
+            let used = line.split("engine::methods::").skip(1).filter(|used| !used.starts_with(own));
+            breaches.extend(used.map(|used| format!("{}:{n}: methods::{used}", source.path)));
+        }
+    }
+    check("methods that use methods", breaches);
+}
+
+#[test]
+fn imports_can_be_read_by_this_test() {
+    let mut breaches = Vec::new();
+    for source in sources() {
+        for (n, line) in source.code() {
+            let grouped = line.contains("use crate::{") || line.contains("use crate::engine::{");
+            let words = FORBIDDEN.iter().filter(|word| line.contains(**word) && !line.contains("concat!"));
+            breaches.extend(words.map(|word| format!("{}:{n}: {word}", source.path)));
+            // In the engine a relative path could hide a floor.
+            let relative = line.contains("super::super::") && source.floor().is_some();
+            if (grouped || relative) && !source.path.starts_with("tests/") {
+                breaches.push(format!("{}:{n}: one floor per use line, by its full path", source.path));
+            }
+        }
+    }
+    check("imports and leftovers", breaches);
+}
+
+#[test]
+fn files_are_short_and_say_what_they_are() {
+    let mut breaches = Vec::new();
+    for source in sources() {
+        let lines = source.text.lines().count();
+        if lines > MAX_LINES {
+            breaches.push(format!("{}: {lines} lines are more than {MAX_LINES}", source.path));
+        }
+        let tests_beside = source.path.ends_with("/tests.rs");
+        if !source.text.starts_with("//!") && !tests_beside {
+            breaches.push(format!("{}: no module documentation", source.path));
+        }
+    }
+    check("files", breaches);
+}
+
+#[test]
+fn every_paper_that_is_cited_is_in_the_bibliography() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let bibliography = fs::read_to_string(root.join("bibliography.bib")).expect("bibliography.bib");
+    let mut breaches = Vec::new();
+    for source in sources() {
+        for (i, line) in source.text.lines().enumerate().filter(|(_, line)| line.trim().starts_with("//")) {
+            for key in line.split('[').skip(1).filter_map(|rest| rest.split_once(']')).map(|(key, _)| key) {
+                let cites = key.rsplit_once('_').is_some_and(|(name, year)| {
+                    name.chars().all(|c| c.is_ascii_lowercase()) && year.len() == 4 && year.parse::<u16>().is_ok()
+                });
+                if cites && !bibliography.contains(&format!("{{{key},")) {
+                    breaches.push(format!("{}:{}: {key}", source.path, i + 1));
+                }
+            }
+        }
+    }
+    check("citations that are not in the bibliography", breaches);
+}
+
+#[test]
+fn the_test_sees_seeded_breaches() {
+    assert!(contains_word("let t = Instant::now();", "Instant"));
+    assert!(contains_word("use std::collections::HashMap;", "HashMap"));
+    assert!(!contains_word("let instantiate = AnInstantaneous;", "Instant"));
+    assert!(contains_word("eprintln!(\"x\")", "eprintln!") && !contains_word("eprintln!(\"x\")", "println!"));
+    let source = Source { path: "src/engine/mesh/a/b.rs".into(), text: "// x\nuse y;\n".into() };
+    assert_eq!(source.floor(), Some("mesh"));
+    assert_eq!(source.code().collect::<Vec<_>>(), [(2, "use y;")]);
+}
