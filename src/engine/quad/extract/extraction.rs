@@ -1,0 +1,154 @@
+//! The door: a grid map in, quads out.
+
+use crate::engine::mesh::Features;
+use crate::engine::mesh::TriMesh;
+use crate::engine::parameterize::GridMap;
+use crate::engine::quad::QuadDraft;
+use crate::engine::quad::extract::exact_map::ExactMap;
+use crate::engine::quad::extract::grid_graph::features_off_grid;
+use crate::engine::quad::extract::grid_graph::grid_graph;
+use crate::engine::quad::extract::nodes::Nodes;
+use crate::engine::quad::fill::FillError;
+use crate::engine::quad::fill::FillReport;
+use crate::engine::quad::fill::complete;
+use crate::engine::run::Blame;
+use crate::engine::run::Cancelled;
+use crate::engine::run::Fault;
+use crate::engine::run::RunContext;
+
+/// Quads of a map, and what was wrong with the map.
+#[derive(Clone, Debug, Default)]
+pub struct Extraction {
+    /// A pure quad manifold with the topology of the mesh.
+    pub draft: QuadDraft,
+    /// What was found and repaired.
+    pub report: ExtractionReport,
+}
+
+/// What an extraction found and repaired.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExtractionReport {
+    /// Triangles whose orientation the map reverses.
+    pub flipped_triangles: usize,
+    /// Triangles without area in the map.
+    pub degenerate_triangles: usize,
+    /// Largest gap of the map at a seam, grid units.
+    pub seam_residual: f64,
+    /// Largest move of a coordinate that had to become an integer, grid units.
+    pub snap_residual: f64,
+    /// Interior feature edges that the map does not put on a grid line: these features are not in the result.
+    pub features_off_grid: usize,
+    /// Grid points on the surface, copies by folds included.
+    pub grid_points: usize,
+    /// What was repaired to come to quads.
+    pub fill: FillReport,
+}
+
+/// Why there are no quads.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExtractError {
+    /// The run was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The lists of the map do not fit the mesh.
+    #[error("the map does not have one entry per halfedge of the mesh; compute it for this mesh")]
+    WrongLength,
+    /// A coordinate is NaN or infinite.
+    #[error("corner {corner} of the map is not finite; the solve that made the map failed")]
+    NotFinite {
+        /// Corner 3 f + k.
+        corner: u32,
+    },
+    /// The coordinates leave no digits for exact arithmetic.
+    #[error("the map extends to {extent} grid units, more than exact arithmetic allows; ask for fewer quads")]
+    TooLarge {
+        /// Largest coordinate.
+        extent: f64,
+    },
+    /// The two sides of an edge do not fit together.
+    #[error("the map gapes by {gap} grid units at the edge {a}-{b}; it is not seamless")]
+    GapingSeam {
+        /// One end.
+        a: u32,
+        /// The other end.
+        b: u32,
+        /// The gap in grid units.
+        gap: f64,
+    },
+    /// The transitions around a regular vertex do not compose to the identity.
+    #[error("the transitions of the map around vertex {vertex} do not close")]
+    OpenVertex {
+        /// The vertex.
+        vertex: u32,
+    },
+    /// A singularity does not lie on a grid point.
+    #[error("the transitions of the map put the singular vertex {vertex} off the grid; round the map first")]
+    SingularityOffGrid {
+        /// The vertex.
+        vertex: u32,
+    },
+    /// A boundary edge does not lie on a grid line.
+    #[error("the map does not put the boundary edge {a}-{b} on a grid line; align the map to the boundary")]
+    BoundaryOffGrid {
+        /// One end.
+        a: u32,
+        /// The other end.
+        b: u32,
+    },
+    /// The grid lines do not cut the surface into disks of the right number, or what they cut could not be filled.
+    #[error("the grid lines of the map do not describe the surface: {reason}; use a finer or less folded map")]
+    Unrepairable {
+        /// What did not fit.
+        reason: String,
+    },
+}
+
+impl Blame for ExtractError {
+    fn fault(&self) -> Fault {
+        if matches!(self, ExtractError::Cancelled(_)) { Fault::Cancelled } else { Fault::Internal }
+    }
+}
+
+impl From<FillError> for ExtractError {
+    fn from(error: FillError) -> Self {
+        match error {
+            FillError::Cancelled(stop) => Self::Cancelled(stop),
+            FillError::Topology { .. } | FillError::Stuck { .. } => Self::Unrepairable { reason: error.to_string() },
+        }
+    }
+}
+
+/// Extracts the quads of `map`, an integer-grid map of one connected component with some triangles flipped or without
+/// area. Corners of `features` become quad vertices ([`crate::engine::quad::Anchor::Corner`], numbered as in `mesh`), feature curves and
+/// the boundary become chains of quad edges. Linear in the size of mesh and result for maps with few defects.
+///
+/// # Errors
+/// [`ExtractError`]; whatever is returned without error is an oriented pure quad manifold with the components,
+/// boundary loops and Euler characteristic of `mesh`.
+pub fn extract_quads(
+    ctx: &RunContext,
+    mesh: &TriMesh,
+    features: &Features,
+    map: &GridMap,
+) -> Result<Extraction, ExtractError> {
+    let exact = ExactMap::new(mesh, features, map)?;
+    let orientations = (0..mesh.n_faces()).map(|f| exact.orientation(f).signum());
+    let (mut flipped_triangles, mut degenerate_triangles) = (0, 0);
+    for sign in orientations {
+        flipped_triangles += usize::from(sign < 0);
+        degenerate_triangles += usize::from(sign == 0);
+    }
+    let nodes = Nodes::new(&exact);
+    let graph = grid_graph(ctx, &exact, features, &nodes)?;
+    let (draft, fill) = complete(ctx, graph, &mesh.topology())?;
+    let report = ExtractionReport {
+        flipped_triangles,
+        degenerate_triangles,
+        seam_residual: exact.seam_residual,
+        snap_residual: exact.snap_residual,
+        features_off_grid: features_off_grid(&exact, features),
+        grid_points: nodes.nodes.len(),
+        fill,
+    };
+    Ok(Extraction { draft, report })
+}

@@ -1,0 +1,93 @@
+//! Grid points and grid lines as a graph embedded in the surface.
+
+use crate::engine::mesh::Features;
+use crate::engine::mesh::next;
+use crate::engine::mesh::prev;
+use crate::engine::quad::Anchor;
+use crate::engine::quad::extract::exact_map::ExactMap;
+use crate::engine::quad::extract::nodes::Nodes;
+use crate::engine::quad::extract::nodes::Place;
+use crate::engine::quad::extract::nodes::Port;
+use crate::engine::quad::extract::trace::trace;
+use crate::engine::quad::fill::EmbeddedGraph;
+use crate::engine::quad::fill::GraphArc;
+use crate::engine::quad::fill::GraphNode;
+use crate::engine::quad::fill::Tag;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+
+/// Traces all grid lines.
+pub(super) fn grid_graph(
+    ctx: &RunContext,
+    map: &ExactMap<'_>,
+    features: &Features,
+    nodes: &Nodes,
+) -> Result<EmbeddedGraph, Cancelled> {
+    let mesh = map.mesh;
+    let on_curve = |h: usize| mesh.is_boundary(h) || features.is_edge(mesh.origin(h), mesh.target(h));
+    let graph_nodes = (0..nodes.nodes.len()).map(|n| {
+        let anchor = match nodes.nodes[n].place {
+            Place::Vertex(v) if features.is_corner(v) => Anchor::Corner(v),
+            Place::Vertex(v) if mesh.fan(v).any(|h| on_curve(h) || on_curve(prev(h))) => Anchor::Curve,
+            Place::Edge(h) if on_curve(h as usize) => Anchor::Curve,
+            _ => Anchor::Surface,
+        };
+        GraphNode { position: nodes.position(map, n), anchor }
+    });
+    let graph_nodes = graph_nodes.collect();
+
+    // Per port, the dart that leaves through it.
+    let mut dart = vec![u32::MAX; nodes.ports.len()];
+    let mut arcs = Vec::new();
+    let mut node_of_port = vec![0u32; nodes.ports.len()];
+    for n in 0..nodes.nodes.len() as u32 {
+        for p in nodes.first_port[n as usize]..nodes.first_port[n as usize + 1] {
+            node_of_port[p as usize] = n;
+        }
+    }
+    for port in 0..nodes.ports.len() as u32 {
+        if port % 4096 == 0 {
+            ctx.check()?;
+        }
+        if dart[port as usize] != u32::MAX {
+            continue;
+        }
+        let Some(arrival) = trace(map, nodes, node_of_port[port as usize], port) else { continue };
+        if arrival.port == port || dart[arrival.port as usize] != u32::MAX {
+            continue;
+        }
+        let tag = match nodes.ports[port as usize] {
+            Port::Along { edge, .. } if mesh.is_boundary(edge as usize) => Tag::Boundary,
+            Port::Along { edge, .. } if on_curve(edge as usize) => Tag::Feature,
+            _ => Tag::Plain,
+        };
+        dart[port as usize] = 2 * arcs.len() as u32;
+        dart[arrival.port as usize] = 2 * arcs.len() as u32 + 1;
+        let ends = [node_of_port[port as usize], node_of_port[arrival.port as usize]];
+        let outside = [port, arrival.port].map(|p| leaves_outside(map, nodes.ports[p as usize]));
+        arcs.push(GraphArc { ends, tag, collapsed: arrival.collapsed, outside });
+    }
+    let rotation = (0..nodes.nodes.len()).map(|n| {
+        let ports = nodes.first_port[n] as usize..nodes.first_port[n + 1] as usize;
+        dart[ports].iter().copied().filter(|&d| d != u32::MAX).collect::<Vec<_>>()
+    });
+    Ok(EmbeddedGraph::new(graph_nodes, &arcs, rotation))
+}
+
+/// Whether the outside of the surface is to the left of the line that leaves through `port`: it runs against the
+/// boundary.
+fn leaves_outside(map: &ExactMap<'_>, port: Port) -> bool {
+    matches!(port, Port::Along { edge, forward: false } if map.mesh.is_boundary(edge as usize))
+}
+
+/// How many feature edges do not lie on a grid line of the map.
+pub(super) fn features_off_grid(map: &ExactMap<'_>, features: &Features) -> usize {
+    let mesh = map.mesh;
+    let off = |&h: &usize| {
+        let (a, b) = (map.corner[h], map.corner[next(h)]);
+        mesh.is_edge_owner(h)
+            && features.is_edge(mesh.origin(h), mesh.target(h))
+            && (map.line_axis(h).is_none() || !map.guided[h] || a == b)
+    };
+    (0..mesh.n_halfedges()).filter(off).count()
+}

@@ -1,0 +1,19 @@
+//! Quads from an integer-grid map: the grid lines of the map are traced on the surface with exact arithmetic, also
+//! through flipped triangles, and the graph that they draw is completed to a pure quad mesh of the same topology.
+//!
+//! The preimage of the integer lines is a graph embedded in the surface whatever the map folds: in each triangle the
+//! map is affine. So nothing has to be guessed where triangles are flipped. A fold covers a grid point several times;
+//! the copies are joined by arcs of displacement zero, and contracting these arcs undoes the fold
+//! ([`crate::engine::quad::fill`]). In a map without folds all faces of the graph are quads at once. After Ebke, Bommes,
+//! Campen, Kobbelt, "QEx: robust quad mesh extraction", 2013, with the embedded graph in the place of their port rules.
+
+mod exact_map;
+mod extraction;
+mod grid_graph;
+mod nodes;
+mod trace;
+
+#[cfg(test)]
+mod tests;
+
+pub use extraction::{ExtractError, Extraction, ExtractionReport, extract_quads};

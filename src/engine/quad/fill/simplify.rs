@@ -1,0 +1,149 @@
+//! Undoing folds and removing what bounds nothing.
+
+use crate::engine::quad::Anchor;
+use crate::engine::quad::fill::embedded_graph::EmbeddedGraph;
+use crate::engine::quad::fill::embedded_graph::Tag;
+use crate::engine::quad::fill::faces::Faces;
+
+/// Faces longer than this are not looked at when a node with two arcs might be removed.
+const LONG_FACE: usize = 64;
+
+/// How much a node may not be moved: surface, curve, corner.
+fn rank(anchor: Anchor) -> u8 {
+    match anchor {
+        Anchor::Surface => 0,
+        Anchor::Curve => 1,
+        Anchor::Corner(_) => 2,
+    }
+}
+
+/// Joins the copies of grid points that collapsed arcs connect, and returns how many nodes vanished. First along
+/// curves, then across the surface; never two corners into one, and never two points of curves across the surface,
+/// because this would pinch a boundary or glue features together. Collapsed arcs that must not be contracted are
+/// deleted where that keeps the surface, and count as ordinary arcs otherwise.
+pub(super) fn contract_collapsed(graph: &mut EmbeddedGraph) -> usize {
+    let mut parent: Vec<u32> = (0..graph.nodes.len() as u32).collect();
+    let mut weight = vec![1.0f64; graph.nodes.len()];
+    let mut joined = 0;
+    for plain in [false, true] {
+        for arc in 0..graph.alive.len() as u32 {
+            if !graph.alive[arc as usize]
+                || !graph.collapsed[arc as usize]
+                || (graph.tag[arc as usize] == Tag::Plain) != plain
+            {
+                continue;
+            }
+            let [a, b] = [2 * arc, 2 * arc + 1].map(|d| find(&mut parent, graph.origin(d)) as usize);
+            let ranks = [a, b].map(|n| rank(graph.nodes[n].anchor));
+            let allowed = if plain { ranks.contains(&0) } else { ranks != [2, 2] };
+            if a == b || !allowed {
+                continue;
+            }
+            graph.contract(arc);
+            let (mut kept, other) = (graph.nodes[a], graph.nodes[b]);
+            if ranks[0] == ranks[1] {
+                let share = weight[b] / (weight[a] + weight[b]);
+                kept.position = kept.position.lerp(other.position, share);
+            } else if ranks[1] > ranks[0] {
+                kept = other;
+            }
+            graph.nodes[a] = kept;
+            weight[a] += weight[b];
+            parent[b] = a as u32;
+            joined += 1;
+        }
+    }
+    for d in 0..graph.n_darts() as usize {
+        graph.node[d] = find(&mut parent, graph.node[d]);
+    }
+    joined
+}
+
+fn find(parent: &mut [u32], mut v: u32) -> u32 {
+    while parent[v as usize] != v {
+        parent[v as usize] = parent[parent[v as usize] as usize];
+        v = parent[v as usize];
+    }
+    v
+}
+
+/// Deletes plain collapsed arcs that are left, where their two sides are different faces of the surface.
+pub(super) fn drop_collapsed(graph: &mut EmbeddedGraph) -> usize {
+    let faces = Faces::new(graph);
+    let mut parent: Vec<u32> = (0..faces.first.len() as u32).collect();
+    let mut dropped = 0;
+    for arc in 0..graph.alive.len() as u32 {
+        if !graph.alive[arc as usize] || !graph.collapsed[arc as usize] || graph.tag[arc as usize] != Tag::Plain {
+            continue;
+        }
+        let [a, b] = [2 * arc as usize, 2 * arc as usize + 1].map(|d| find(&mut parent, faces.of[d]));
+        if a != b && !faces.outside[a as usize] && !faces.outside[b as usize] {
+            parent[b as usize] = a;
+            graph.remove(arc);
+            dropped += 1;
+        }
+    }
+    dropped
+}
+
+/// Removes, until there are none: faces of one or two arcs, nodes with one arc, and doublets (nodes with two arcs
+/// between two different faces). Arcs on curves stay. Returns how many arcs went.
+pub(super) fn prune(graph: &mut EmbeddedGraph) -> usize {
+    let mut work: Vec<u32> = (0..graph.n_darts()).rev().collect();
+    let mut removed = 0;
+    while let Some(d) = work.pop() {
+        if !graph.is_alive(d) {
+            continue;
+        }
+        for arc in superfluous(graph, d).into_iter().flatten() {
+            for e in [2 * arc, 2 * arc + 1] {
+                let beside = [graph.ccw(e), graph.cw(e)];
+                work.extend(beside.into_iter().chain(beside.map(|b| b ^ 1)));
+            }
+            graph.remove(arc);
+            removed += 1;
+        }
+    }
+    removed
+}
+
+/// The arcs at `d` that bound nothing, if there are such.
+fn superfluous(graph: &EmbeddedGraph, d: u32) -> [Option<u32>; 2] {
+    let plain = |d: u32| graph.tag_of(d) == Tag::Plain;
+    let next = graph.next(d);
+    let one_sided = next == d || graph.ccw(d) == d;
+    if one_sided && plain(d) {
+        return [Some(d / 2), None];
+    }
+    let inside = !graph.outside[d as usize] && !graph.outside[next as usize];
+    if graph.next(next) == d && next != d && next / 2 != d / 2 && inside {
+        // Of two parallel arcs the one on a curve stays.
+        let gone = [d, next].into_iter().find(|&e| plain(e));
+        return [gone.map(|e| e / 2), None];
+    }
+    let second = graph.ccw(d);
+    if graph.ccw(second) == d && second != d && is_doublet(graph, d, second) {
+        return [Some(d / 2), Some(second / 2)];
+    }
+    [None, None]
+}
+
+/// Whether the node with only the darts `d` and `second` may go with both arcs: its two faces become one.
+fn is_doublet(graph: &EmbeddedGraph, d: u32, second: u32) -> bool {
+    let anchored = graph.nodes[graph.origin(d) as usize].anchor != Anchor::Surface;
+    if anchored || graph.tag_of(d) != Tag::Plain || graph.tag_of(second) != Tag::Plain {
+        return false;
+    }
+    if graph.target(d) == graph.target(second) {
+        return false;
+    }
+    // The ends lose an arc each and must not become doublets in their turn, or a small closed mesh would vanish.
+    if [d ^ 1, second ^ 1].into_iter().any(|e| graph.degree(e, 4) < 4) {
+        return false;
+    }
+    let left: Vec<u32> = graph.face(d).take(LONG_FACE).collect();
+    let right = graph.face(second).take(LONG_FACE).count();
+    let short = left.len() < LONG_FACE && right < LONG_FACE;
+    let outside = graph.outside[d as usize] || graph.outside[second as usize];
+    short && !outside && !left.contains(&second) && left.len() + right >= 6
+}
