@@ -8,9 +8,13 @@
 //! Stages are functions from plain results to a plain result, with the [`run::RunContext`] first. All methods end in
 //! the same doors and share one extractor, one certificate and one report. `tests/architecture.rs` holds the plan.
 
+pub mod certify;
+pub mod field;
 pub mod mesh;
+pub mod methods;
 pub mod numerics;
 pub mod parameterize;
 pub mod pipeline;
 pub mod quad;
 pub mod run;
+pub mod topology;

@@ -1,7 +1,9 @@
 //! Surfaces: what a file says ([`TriangleSoup`]), what the engine works on ([`TriMesh`]), and what must survive
 //! ([`Features`]).
 
+pub mod condition;
 mod conditioned;
+mod feature_detection;
 mod features;
 mod locate;
 mod refine;
@@ -11,8 +13,10 @@ mod soup;
 mod tri_mesh;
 
 pub use conditioned::{Conditioned, Surface};
+pub use feature_detection::{FeatureOptions, detect_features};
 pub use features::Features;
 pub use locate::{SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
 pub use refine::{Refined, refine};
+pub use remesh::{IsotropicOptions, remesh_isotropic};
 pub use soup::TriangleSoup;
 pub use tri_mesh::{MeshError, NONE, Topology, TriMesh, next, prev};

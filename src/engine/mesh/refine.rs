@@ -41,7 +41,7 @@ pub fn refine(
     Ok(Refined { surface, parent_face: parent })
 }
 
-fn bisect(
+pub(in crate::engine::mesh) fn bisect(
     ctx: &RunContext,
     mesh: &mut EditMesh,
     parent: &mut Vec<u32>,
@@ -53,10 +53,12 @@ fn bisect(
         let ratio = mesh.length_squared(longest(mesh, f)).sqrt() / max_edge(parent[f]);
         (ratio > 1.0).then(|| (ratio.to_bits(), Reverse(f)))
     };
-    let mut heap: BinaryHeap<_> = (0..mesh.faces.len()).filter_map(|f| excess(mesh, parent, f)).collect();
+    let living: Vec<usize> = (0..mesh.faces.len()).filter(|&f| mesh.is_alive(f)).collect();
+    let dead = mesh.faces.len() - living.len();
+    let mut heap: BinaryHeap<_> = living.into_iter().filter_map(|f| excess(mesh, parent, f)).collect();
     while let Some(entry) = heap.pop() {
         let (_, Reverse(f)) = entry;
-        if mesh.faces.len() >= max_faces {
+        if mesh.faces.len() - dead >= max_faces {
             break;
         }
         if excess(mesh, parent, f) != Some(entry) {

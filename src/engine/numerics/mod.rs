@@ -1,5 +1,7 @@
 //! Linear algebra without geometry; the only door to the sparse solvers.
 
 mod cholesky;
+mod dense;
 
 pub use cholesky::{Cholesky, HermitianMatrix, SolveError};
+pub use dense::positive_definite_inverse;

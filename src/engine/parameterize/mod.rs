@@ -1,5 +1,16 @@
 //! From cross fields to maps.
 
+mod corner_forms;
+mod elimination;
 mod grid_map;
+mod measure;
+mod poisson;
+mod reduced;
+mod rounding;
+mod seamless_map;
+#[cfg(test)]
+mod tests;
 
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
+pub use measure::{MapMeasures, gradients, measure_map, seam_residual, singular_values};
+pub use seamless_map::{MapError, MapSystem, RoundedIntegers};

@@ -3,5 +3,6 @@
 mod report;
 mod spec;
 
-pub use report::{InputReport, Level, MapReport, QuadReport, Repairs, Report, Singularity};
+pub use crate::engine::certify::QuadReport;
+pub use report::{InputReport, Level, MapReport, Repairs, Report, Singularity};
 pub use spec::{Align, Boundary, FeatureSpec, Method, Optimise, RemeshSpec, Target, WorkingMesh};

@@ -1,0 +1,107 @@
+//! What can be wrong with a quad mesh.
+
+use std::fmt::{Display, Formatter};
+
+/// The checks of the certificate, all of them fatal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Check {
+    /// A quad does not have four different vertices in range; witnesses are quads.
+    FourVertices,
+    /// A quad has the same vertices as another; witnesses are quads.
+    DuplicateQuad,
+    /// A vertex belongs to no quad; witnesses are vertices.
+    UnusedVertex,
+    /// A coordinate or a measure is not a finite number; witnesses are vertices, or none for a measure.
+    Finite,
+    /// An edge has more than two quads; witnesses are quads at such edges.
+    EdgeFaces,
+    /// Two quads run along their edge in the same direction; witnesses are quads at such edges.
+    EdgeOrientation,
+    /// The quads at a vertex form more than one fan; witnesses are vertices.
+    VertexFan,
+    /// The number of components differs from the surface's; the count is the difference.
+    Components,
+    /// The number of boundary loops differs from the surface's; the count is the difference.
+    Boundaries,
+    /// The genus differs from the surface's; the count is the difference.
+    Genus,
+    /// A component of the surface has no component of the quads with the same topology over it; witnesses are
+    /// components of the surface.
+    ComponentMatch,
+    /// A quad is flipped against the surface; witnesses are quads.
+    Flipped,
+    /// A quad has no area; witnesses are quads.
+    ZeroArea,
+    /// A corner of the feature network is not a vertex of the quads; witnesses are vertices of the surface.
+    Corner,
+    /// A feature curve is not a chain of quad edges; witnesses are first vertices of curves of the surface.
+    FeatureCurve,
+    /// A piece of the surface's boundary is not a chain of boundary edges of the quads; witnesses are first vertices
+    /// of pieces of the surface's boundary.
+    BoundaryCurve,
+    /// The boundary loops do not correspond one to one; witnesses are boundary loops of the quads.
+    BoundaryLoop,
+}
+
+impl Check {
+    /// What is wrong, with a plural subject before it.
+    fn says(self) -> &'static str {
+        match self {
+            Check::FourVertices => "quads do not have four different vertices in range",
+            Check::DuplicateQuad => "quads have the same vertices as another",
+            Check::UnusedVertex => "vertices belong to no quad",
+            Check::Finite => "numbers are not finite",
+            Check::EdgeFaces => "edges have more than two quads",
+            Check::EdgeOrientation => "edges have two quads of opposite orientation",
+            Check::VertexFan => "vertices have more than one fan of quads",
+            Check::Components => "components too many or too few",
+            Check::Boundaries => "boundary loops too many or too few",
+            Check::Genus => "handles too many or too few",
+            Check::ComponentMatch => "components of the surface have no equal among the quads",
+            Check::Flipped => "quads are flipped against the surface",
+            Check::ZeroArea => "quads have no area",
+            Check::Corner => "corners of the surface are not vertices of the quads",
+            Check::FeatureCurve => "feature curves are not chains of quad edges",
+            Check::BoundaryCurve => "pieces of the boundary are not chains of quad edges",
+            Check::BoundaryLoop => "boundary loops of the quads do not correspond to the surface's one to one",
+        }
+    }
+}
+
+/// One failed check.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Violation {
+    /// The check that failed.
+    pub check: Check,
+    /// How often.
+    pub count: usize,
+    /// The first ten places, by index; of what, the check says.
+    pub witnesses: Vec<u32>,
+}
+
+impl Violation {
+    /// The violation of `check` at these places, or nothing if there are none.
+    pub(super) fn at(check: Check, places: impl IntoIterator<Item = u32>) -> Option<Self> {
+        let mut places = places.into_iter();
+        let witnesses: Vec<u32> = places.by_ref().take(10).collect();
+        let count = witnesses.len() + places.count();
+        (count > 0).then_some(Self { check, count, witnesses })
+    }
+
+    /// The violation of `check` if two numbers differ.
+    pub(super) fn unequal(check: Check, found: usize, wanted: usize) -> Option<Self> {
+        let count = found.abs_diff(wanted);
+        (count > 0).then_some(Self { check, count, witnesses: Vec::new() })
+    }
+}
+
+impl Display for Violation {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.count, self.check.says())?;
+        if !self.witnesses.is_empty() {
+            let list: Vec<String> = self.witnesses.iter().map(u32::to_string).collect();
+            write!(f, " (at {}{})", list.join(", "), if self.count > self.witnesses.len() { ", …" } else { "" })?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,257 @@
+//! Feature curves and boundary pieces of the surface against chains of quad edges.
+
+use crate::engine::certify::segments::{Segment, SegmentIndex};
+use crate::engine::certify::shape::mean;
+use crate::engine::certify::{Check, QuadTopology, Violation};
+use crate::engine::mesh::Surface;
+use crate::engine::quad::QuadMesh;
+use crate::engine::run::{Cancelled, RunContext};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// A quad edge stands for a point of a curve if the point lies within this part of the mean length of the edges that
+/// meet the quad edge.
+pub(super) const TOLERANCE: f64 = 0.25;
+/// … and if it makes at most 60 degrees with the curve: the chords of a circle of three edges.
+const COSINE: f64 = 0.5;
+/// A corner is a vertex of the quads if they are this near, relative to the diagonal.
+const CORNER: f64 = 1e-6;
+/// This part of a curve's samples must be covered by one connected chain.
+const COVERED: f64 = 0.99;
+/// Curves get a sample per tenth of a mean quad edge, at most about so many.
+const SAMPLES: f64 = 200_000.0;
+/// … and each at least so many.
+const LEAST_SAMPLES: f64 = 8.0;
+
+/// What the curve checks found.
+pub(super) struct Curves {
+    pub(super) violations: Vec<Violation>,
+    /// Largest and mean distance of a sample to the nearest quad edge, in model units.
+    pub(super) error: (f64, f64),
+    /// Per quad vertex, whether a corner of the surface is there.
+    pub(super) is_corner: Vec<bool>,
+    /// Mean length of the quad edges.
+    pub(super) mean_edge: f64,
+}
+
+/// A maximal chain of feature edges, or of boundary edges, between corners and junctions, or closed.
+struct Curve {
+    vertices: Vec<u32>,
+    is_boundary: bool,
+}
+
+/// Per edge of the quads, how far it stands for points: `TOLERANCE` of the mean length of the edges at its ends.
+pub(super) fn reaches(quads: &QuadMesh, topology: &QuadTopology) -> Vec<f64> {
+    let length = |e: &[u32; 2]| quads.positions[e[0] as usize].distance(quads.positions[e[1] as usize]);
+    let mut sum = vec![0.0; quads.positions.len()];
+    for e in &topology.edges {
+        for &v in e {
+            sum[v as usize] += length(e);
+        }
+    }
+    let reach = |&[a, b]: &[u32; 2]| {
+        let edges = topology.valence[a as usize] + topology.valence[b as usize];
+        TOLERANCE * (sum[a as usize] + sum[b as usize]) / f64::from(edges.max(1))
+    };
+    topology.edges.iter().map(reach).collect()
+}
+
+/// Checks corners, feature curves and boundary pieces.
+pub(super) fn check(
+    ctx: &RunContext,
+    surface: &Surface,
+    quads: &QuadMesh,
+    topology: &QuadTopology,
+    diagonal: f64,
+) -> Result<Curves, Cancelled> {
+    let (at_corner, is_corner) = match_corners(surface, quads, diagonal);
+    let lost = at_corner.iter().filter(|(_, at)| at.is_empty()).map(|&(v, _)| v);
+    let mut violations: Vec<Violation> = Violation::at(Check::Corner, lost).into_iter().collect();
+    let curves = trace(surface);
+    let reach = reaches(quads, topology);
+    let segments = |only_boundary: bool| {
+        let chosen = (0..topology.edges.len()).filter(|&e| !only_boundary || topology.is_boundary_edge[e]);
+        let segment = |e: usize| Segment {
+            ends: topology.edges[e].map(|v| quads.positions[v as usize]),
+            reach: reach[e],
+            name: e as u32,
+        };
+        SegmentIndex::new(chosen.map(segment).collect())
+    };
+    let (all, boundary) = (segments(false), segments(true));
+    let mean_edge = mean(&reach) / TOLERANCE;
+    let samples = sample(surface, &curves, mean_edge);
+    let judged: Vec<(Vec<u32>, f64)> = samples
+        .par_iter()
+        .enumerate()
+        .map(|(i, s)| {
+            if i % 1024 == 0 {
+                ctx.check()?;
+            }
+            let index = if curves[s.curve].is_boundary { &boundary } else { &all };
+            let mut candidates = Vec::new();
+            index.reaching(s.position, |segment, _| {
+                if s.direction == DVec3::ZERO || segment.parallel(s.direction) >= COSINE {
+                    candidates.push(segment.name);
+                }
+            });
+            Ok((candidates, all.distance(s.position)))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    let (mut torn, mut start) = ([Vec::new(), Vec::new()], 0);
+    for (c, curve) in curves.iter().enumerate() {
+        let end = start + samples[start..].iter().take_while(|s| s.curve == c).count();
+        let ends = [curve.vertices[0], curve.vertices[curve.vertices.len() - 1]];
+        let ends = ends.map(|v| at_corner.binary_search_by_key(&v, |a| a.0).ok().map(|i| at_corner[i].1.as_slice()));
+        if !is_chain(&judged[start..end], &topology.edges, ends) {
+            torn[usize::from(curve.is_boundary)].push(curve.vertices[0]);
+        }
+        start = end;
+    }
+    let [torn_features, torn_boundary] = torn;
+    violations.extend(Violation::at(Check::FeatureCurve, torn_features));
+    violations.extend(Violation::at(Check::BoundaryCurve, torn_boundary));
+    let distances: Vec<f64> = judged.iter().map(|j| j.1).collect();
+    let error = (distances.iter().copied().fold(0.0, f64::max), mean(&distances));
+    Ok(Curves { violations, error, is_corner, mean_edge })
+}
+
+/// Per corner of the surface, in order, the vertices of the quads at its place; per quad vertex, whether it is one.
+fn match_corners(surface: &Surface, quads: &QuadMesh, diagonal: f64) -> (Vec<(u32, Vec<u32>)>, Vec<bool>) {
+    let mut is_corner = vec![false; quads.positions.len()];
+    if surface.features.corners.is_empty() {
+        return (Vec::new(), is_corner);
+    }
+    let point = |(v, &p): (u32, &DVec3)| Segment { ends: [p, p], reach: CORNER * diagonal, name: v };
+    let index = SegmentIndex::new((0u32..).zip(&quads.positions).map(point).collect());
+    let mut matched = Vec::new();
+    for &corner in surface.features.corners.iter().filter(|&&v| (v as usize) < surface.mesh.n_vertices()) {
+        let mut at = Vec::new();
+        index.reaching(surface.mesh.position(corner), |s, _| at.push(s.name));
+        for &v in &at {
+            is_corner[v as usize] = true;
+        }
+        matched.push((corner, at));
+    }
+    (matched, is_corner)
+}
+
+/// Cuts the network of feature and boundary edges at corners and junctions.
+fn trace(surface: &Surface) -> Vec<Curve> {
+    let mesh = &surface.mesh;
+    let n = mesh.n_vertices() as u32;
+    // Half of each network edge per end: (from, to, on the boundary).
+    let mut halves: Vec<(u32, u32, bool)> = Vec::new();
+    let interior = surface.features.edges.iter().filter(|e| e.iter().all(|&v| v < n));
+    halves.extend(interior.flat_map(|&[a, b]| [(a, b, false), (b, a, false)]));
+    let boundary = (0..mesh.n_halfedges()).filter(|&h| mesh.is_boundary(h));
+    let boundary = boundary.map(|h| (mesh.origin(h), mesh.target(h)));
+    halves.extend(boundary.flat_map(|(a, b)| [(a, b, true), (b, a, true)]));
+    halves.sort_unstable();
+    let around = |v: u32| {
+        let start = halves.partition_point(|h| h.0 < v);
+        start..start + halves[start..].partition_point(|h| h.0 == v)
+    };
+    let is_stop = |v: u32| around(v).len() != 2 || surface.features.is_corner(v);
+    let mut seen = vec![false; halves.len()];
+    let mut curves = Vec::new();
+    // First the chains that begin at a stop, then the closed ones.
+    for from_stops in [true, false] {
+        for first in 0..halves.len() {
+            if seen[first] || (from_stops && !is_stop(halves[first].0)) {
+                continue;
+            }
+            let mut vertices = vec![halves[first].0];
+            let mut at = first;
+            loop {
+                let (from, to, _) = halves[at];
+                seen[at] = true;
+                let back = around(to).find(|&i| halves[i].1 == from && !seen[i]);
+                if let Some(back) = back {
+                    seen[back] = true;
+                }
+                vertices.push(to);
+                if to == vertices[0] || is_stop(to) {
+                    break;
+                }
+                let Some(onward) = around(to).find(|&i| !seen[i]) else { break };
+                at = onward;
+            }
+            curves.push(Curve { vertices, is_boundary: halves[first].2 });
+        }
+    }
+    curves
+}
+
+struct Sample {
+    position: DVec3,
+    direction: DVec3,
+    curve: usize,
+}
+
+/// Samples along all curves, in order, evenly by arc length.
+fn sample(surface: &Surface, curves: &[Curve], mean_edge: f64) -> Vec<Sample> {
+    let points = |c: &Curve| -> Vec<DVec3> { c.vertices.iter().map(|&v| surface.mesh.position(v)).collect() };
+    let length = |p: &[DVec3]| -> f64 { p.windows(2).map(|w| w[0].distance(w[1])).sum() };
+    let total: f64 = curves.iter().map(|c| length(&points(c))).sum();
+    let spacing = (0.1 * mean_edge).max(total / SAMPLES);
+    let mut samples = Vec::new();
+    for (curve, c) in curves.iter().enumerate() {
+        let points = points(c);
+        let all = length(&points);
+        let n = if spacing > 0.0 { (all / spacing).ceil().max(LEAST_SAMPLES) } else { LEAST_SAMPLES };
+        let (mut piece, mut before) = (0, 0.0);
+        for i in 0..n as usize {
+            let wanted = (i as f64 + 0.5) / n * all;
+            while piece + 2 < points.len() && before + points[piece].distance(points[piece + 1]) < wanted {
+                before += points[piece].distance(points[piece + 1]);
+                piece += 1;
+            }
+            let (a, b) = (points[piece], points[piece + 1]);
+            let t = if a == b { 0.0 } else { ((wanted - before) / a.distance(b)).clamp(0.0, 1.0) };
+            samples.push(Sample { position: a.lerp(b, t), direction: (b - a).normalize_or_zero(), curve });
+        }
+    }
+    samples
+}
+
+/// Whether one connected set of the candidate edges covers the samples and reaches the ends, where those are corners.
+fn is_chain(judged: &[(Vec<u32>, f64)], edges: &[[u32; 2]], ends: [Option<&[u32]>; 2]) -> bool {
+    let mut chosen: Vec<u32> = judged.iter().flat_map(|(c, _)| c).copied().collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    let mut vertices: Vec<u32> = chosen.iter().flat_map(|&e| edges[e as usize]).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let local = |v: u32| vertices.binary_search(&v).ok();
+    let mut parent: Vec<usize> = (0..vertices.len()).collect();
+    for &e in &chosen {
+        let [a, b] = edges[e as usize].map(|v| local(v).map_or(0, |i| root(&mut parent, i)));
+        parent[a.max(b)] = a.min(b);
+    }
+    let mut covered = vec![0usize; vertices.len()];
+    for (candidates, _) in judged {
+        let mut roots: Vec<usize> =
+            candidates.iter().filter_map(|&e| local(edges[e as usize][0])).map(|i| root(&mut parent, i)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        for r in roots {
+            covered[r] += 1;
+        }
+    }
+    let enough = COVERED * judged.len() as f64;
+    (0..vertices.len()).any(|r| {
+        let mut touches = |end: Option<&[u32]>| {
+            end.is_none_or(|at| at.iter().any(|&v| local(v).is_some_and(|i| root(&mut parent, i) == r)))
+        };
+        covered[r] as f64 >= enough && touches(ends[0]) && touches(ends[1])
+    })
+}
+
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}

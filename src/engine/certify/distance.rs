@@ -1,0 +1,93 @@
+//! Sampled distances between the quads and the surface.
+
+use crate::engine::certify::shape::{corners, mean};
+use crate::engine::mesh::{SurfaceIndex, TriMesh};
+use crate::engine::quad::QuadMesh;
+use crate::engine::run::{Cancelled, RunContext};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Samples over the area of each side, besides vertices.
+const SAMPLES: usize = 30_000;
+/// At most this many vertices of each side are samples.
+const VERTICES: usize = 100_000;
+
+/// Distances in model units.
+pub(super) struct Distances {
+    /// The largest distance of a sample of either side to the other side.
+    pub(super) max: f64,
+    /// Mean distance of the samples on the quads' area to the surface.
+    pub(super) mean: f64,
+}
+
+/// The quads as triangles, each quad as a fan around its centroid, which lies on the bilinear patch of the quad.
+pub(super) fn triangulate(quads: &QuadMesh) -> Option<TriMesh> {
+    let mut positions = quads.positions.clone();
+    let mut faces = Vec::with_capacity(4 * quads.quads.len());
+    for (q, quad) in quads.quads.iter().enumerate() {
+        let centre = positions.len() as u32;
+        positions.push(corners(quads, q).iter().sum::<DVec3>() / 4.0);
+        faces.extend((0..4).map(|k| [quad[k], quad[(k + 1) % 4], centre]));
+    }
+    TriMesh::try_new(positions, faces).ok()
+}
+
+/// The sampled two-sided Hausdorff distance.
+pub(super) fn measure(
+    ctx: &RunContext,
+    surface: &TriMesh,
+    surface_index: &SurfaceIndex,
+    quads: &TriMesh,
+    quad_index: &SurfaceIndex,
+) -> Result<Distances, Cancelled> {
+    let over_area = distances(ctx, surface_index, &samples(quads, 1))?;
+    let at_vertices = distances(ctx, surface_index, &vertices(quads))?;
+    let back_area = distances(ctx, quad_index, &samples(surface, 2))?;
+    let back_vertices = distances(ctx, quad_index, &vertices(surface))?;
+    let all = [&over_area, &at_vertices, &back_area, &back_vertices];
+    let max = all.into_iter().flatten().copied().fold(0.0, f64::max);
+    Ok(Distances { max, mean: mean(&over_area) })
+}
+
+fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[DVec3]) -> Result<Vec<f64>, Cancelled> {
+    let at = |(i, &p): (usize, &DVec3)| {
+        if i % 1024 == 0 {
+            ctx.check()?;
+        }
+        Ok(index.closest(p).distance)
+    };
+    points.par_iter().enumerate().map(at).collect()
+}
+
+fn vertices(mesh: &TriMesh) -> Vec<DVec3> {
+    mesh.positions().iter().copied().step_by(mesh.n_vertices().div_ceil(VERTICES).max(1)).collect()
+}
+
+/// Points spread evenly over the area, one per stratum of equal area in face order.
+fn samples(mesh: &TriMesh, salt: u64) -> Vec<DVec3> {
+    let total = mesh.total_area();
+    let mut points = Vec::with_capacity(SAMPLES);
+    let (mut face, mut area_before) = (0, 0.0);
+    for i in 0..SAMPLES as u64 {
+        let [jitter, r, s] = [0, 1, 2].map(|k| unit(salt << 32 | 3 * i + k));
+        let wanted = (i as f64 + jitter) / SAMPLES as f64 * total;
+        while face + 1 < mesh.n_faces() && area_before + mesh.area(face) < wanted {
+            area_before += mesh.area(face);
+            face += 1;
+        }
+        if face < mesh.n_faces() {
+            let [a, b, c] = mesh.triangle(face);
+            let r = r.sqrt();
+            points.push((1.0 - r) * a + r * (1.0 - s) * b + r * s * c);
+        }
+    }
+    points
+}
+
+/// A number in [0, 1) that depends on nothing but its argument (splitmix64).
+fn unit(index: u64) -> f64 {
+    let mut z = index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ z >> 31) >> 11) as f64 / (1u64 << 53) as f64
+}

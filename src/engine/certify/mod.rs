@@ -1,0 +1,32 @@
+//! The certificate: what a quad mesh must prove before anybody gets to see it, and its measures.
+//!
+//! Nothing here is shared with the code that makes quads: the certificate starts from the bare quads, as re-read from
+//! the bytes that will be delivered, and from the conditioned surface. What is checked:
+//!
+//! * every quad has four different vertices in range, no two quads have the same vertices, every vertex is used and
+//!   has finite coordinates;
+//! * every edge has one or two quads, oppositely oriented, and every vertex one fan of quads;
+//! * components, boundary loops and genus equal those of the surface, in total and component by component;
+//! * no quad is flipped against the surface or without area;
+//! * feature curves and boundary loops of the surface are chains of quad edges, corners are vertices, and the boundary
+//!   loops correspond one to one.
+
+mod boundary;
+mod certificate;
+mod check;
+mod components;
+mod curves;
+mod distance;
+mod orientation;
+mod report;
+mod segments;
+mod shape;
+mod topology;
+
+#[cfg(test)]
+mod tests;
+
+pub use certificate::{Certificate, certify};
+pub use check::{Check, Violation};
+pub use report::QuadReport;
+pub use topology::{ComponentTopology, QuadTopology, measure_topology};

@@ -1,0 +1,11 @@
+//! Cross fields: guidance, smoothing, matching, singularities.
+
+mod cross_field;
+mod curvature;
+mod frames;
+mod smooth;
+
+pub use cross_field::{CrossField, FieldError};
+pub use curvature::{Guidance, curvature_guidance};
+pub use frames::Frames;
+pub use smooth::{FieldOptions, smooth_cross_field};

@@ -1,0 +1,211 @@
+//! The smoothest cross field that follows features, boundary and stable curvature.
+//!
+//! A cross is the complex number `c = e^{4iθ}` per face; the energy is `Σ w |c_s e^{4iρ} − c_t|²` over interior edges
+//! [knoeppel_2013, restated for faces; algorithms.md B.1] plus an alignment to principal directions that grows with
+//! their anisotropy over one quad. Faces at features and at the boundary are fixed. Normalising and solving again with
+//! a decreasing time step (Merriman–Bence–Osher, B.4) removes spurious dipoles.
+
+use crate::engine::field::cross_field::{CrossField, FieldError};
+use crate::engine::field::curvature::Guidance;
+use crate::engine::field::frames::Frames;
+use crate::engine::mesh::TriMesh;
+use crate::engine::numerics::Cholesky;
+use crate::engine::numerics::HermitianMatrix;
+use crate::engine::run::RunContext;
+use faer::c64;
+
+/// What the field is asked for.
+#[derive(Clone, Debug)]
+pub struct FieldOptions {
+    /// Length of a quad edge in model units.
+    pub edge_length: f64,
+    /// 0 follows the guidance as hard as possible, 1 is as smooth as possible.
+    pub smoothing: f64,
+}
+
+/// Normalised solves after the first, each with half the time step of the last.
+const NORMALISED_SOLVES: usize = 4;
+
+/// Smooths a cross field. `is_feature` is a flag per halfedge (features and boundary).
+///
+/// # Errors
+/// [`FieldError`] if the run was stopped or a solve failed.
+pub fn smooth_cross_field(
+    ctx: &RunContext,
+    mesh: &TriMesh,
+    frames: &Frames,
+    is_feature: &[bool],
+    guidance: Option<&Guidance>,
+    options: &FieldOptions,
+) -> Result<CrossField, FieldError> {
+    let fixed = fixed_crosses(mesh, frames, is_feature);
+    let (alignment, target) = alignment(mesh, guidance, options);
+    let system = System::new(mesh, frames, &fixed);
+    let pull: f64 = alignment.iter().sum();
+    let stiffness: f64 = system.diagonal.iter().sum();
+    let mut c: Vec<c64> = if fixed.iter().any(Option::is_some) || pull > 1e-6 * stiffness {
+        let shift: Vec<f64> = alignment.iter().map(|a| a + 1e-9).collect();
+        let rhs: Vec<c64> = alignment.iter().zip(&target).map(|(a, q)| *q * *a).collect();
+        system.solve(&shift, &rhs)?
+    } else {
+        smallest_eigenvector(ctx, mesh, &system)?
+    };
+    normalise(&mut c);
+    let mass: Vec<f64> = (0..mesh.n_faces()).map(|f| mesh.area(f)).collect();
+    let mut step = options.edge_length.powi(2);
+    for _ in 0..NORMALISED_SOLVES {
+        ctx.check()?;
+        let shift: Vec<f64> = alignment.iter().zip(&mass).map(|(a, m)| a + m / step).collect();
+        let rhs: Vec<c64> = (0..c.len()).map(|f| target[f] * alignment[f] + c[f] * (mass[f] / step)).collect();
+        c = system.solve(&shift, &rhs)?;
+        normalise(&mut c);
+        step *= 0.5;
+    }
+    let angle = c.iter().map(|c| 0.25 * c.im.atan2(c.re)).collect();
+    Ok(CrossField::from_angles(mesh, frames, angle))
+}
+
+/// Crosses of faces that have a feature or boundary edge.
+fn fixed_crosses(mesh: &TriMesh, frames: &Frames, is_feature: &[bool]) -> Vec<Option<c64>> {
+    (0..mesh.n_faces())
+        .map(|f| (3 * f..3 * f + 3).find(|&h| is_feature[h]).map(|h| unit(4.0 * frames.angle[h])))
+        .collect()
+}
+
+/// Weight and target of the guidance per face. The weight is the area in quads times the squared anisotropy over one
+/// quad, so that the field follows curvature after a distance of `1/(anisotropy · h)` quads.
+fn alignment(mesh: &TriMesh, guidance: Option<&Guidance>, options: &FieldOptions) -> (Vec<f64>, Vec<c64>) {
+    let n = mesh.n_faces();
+    let Some(guidance) = guidance.filter(|_| options.smoothing < 1.0) else {
+        return (vec![0.0; n], vec![c64::new(0.0, 0.0); n]);
+    };
+    let strength = (1.0 - options.smoothing) / options.smoothing.max(1e-3);
+    let h = options.edge_length;
+    let weight = (0..n)
+        .map(|f| {
+            let turn = (guidance.anisotropy[f] * h).min(1.0);
+            strength * turn * turn * mesh.area(f) / (h * h)
+        })
+        .collect();
+    (weight, guidance.angle.iter().map(|a| unit(4.0 * a)).collect())
+}
+
+fn unit(angle: f64) -> c64 {
+    c64::new(angle.cos(), angle.sin())
+}
+
+fn normalise(c: &mut [c64]) {
+    for c in c {
+        let norm = c.re.hypot(c.im);
+        *c = if norm > 1e-300 { *c * (1.0 / norm) } else { c64::new(1.0, 0.0) };
+    }
+}
+
+/// The connection Laplacian on faces with fixed faces eliminated.
+struct System {
+    /// Unknown of each face, if it is not fixed.
+    unknown: Vec<Option<u32>>,
+    n: usize,
+    /// Strictly lower entries between unknowns.
+    off_diagonal: Vec<(u32, u32, c64)>,
+    /// Sum of the edge weights per face.
+    diagonal: Vec<f64>,
+    /// Right-hand side from fixed faces, per unknown.
+    from_fixed: Vec<c64>,
+    fixed: Vec<Option<c64>>,
+}
+
+impl System {
+    fn new(mesh: &TriMesh, frames: &Frames, fixed: &[Option<c64>]) -> Self {
+        let mut n = 0;
+        let unknown: Vec<Option<u32>> = fixed
+            .iter()
+            .map(|f| {
+                f.is_none().then(|| {
+                    n += 1;
+                    n - 1
+                })
+            })
+            .collect();
+        let mut diagonal = vec![0.0; mesh.n_faces()];
+        let mut from_fixed = vec![c64::new(0.0, 0.0); n as usize];
+        let mut off_diagonal = Vec::new();
+        for h in 0..mesh.n_halfedges() {
+            let Some(t) = mesh.twin(h).filter(|_| mesh.is_edge_owner(h)) else { continue };
+            let (s, t) = (h / 3, t / 3);
+            let length = mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h)));
+            let area = mesh.area(s) + mesh.area(t);
+            // Long thin faces would get weights of any size; a bound keeps the matrix well conditioned.
+            let w = if area > 0.0 { (3.0 * length * length / area).min(1e4) } else { 1e4 };
+            diagonal[s] += w;
+            diagonal[t] += w;
+            // |c_s g − c_t|² with g = e^{4iρ}
+            let g = unit(4.0 * frames.transport(mesh, h));
+            match (unknown[s], unknown[t]) {
+                (Some(a), Some(b)) if a > b => off_diagonal.push((a, b, g.conj() * -w)),
+                (Some(a), Some(b)) => off_diagonal.push((b, a, g * -w)),
+                (Some(a), None) => from_fixed[a as usize] += fixed[t].unwrap_or(unit(0.0)) * g.conj() * w,
+                (None, Some(b)) => from_fixed[b as usize] += fixed[s].unwrap_or(unit(0.0)) * g * w,
+                (None, None) => {}
+            }
+        }
+        Self { unknown, n: n as usize, off_diagonal, diagonal, from_fixed, fixed: fixed.to_vec() }
+    }
+
+    fn factor(&self, shift: &[f64]) -> Result<Cholesky<c64>, FieldError> {
+        let mut entries = self.off_diagonal.clone();
+        for (f, unknown) in self.unknown.iter().enumerate() {
+            if let Some(u) = *unknown {
+                entries.push((u, u, c64::new(self.diagonal[f] + shift[f], 0.0)));
+            }
+        }
+        Ok(Cholesky::new(&HermitianMatrix::from_lower(self.n, &entries))?)
+    }
+
+    /// Solves (A + shift) c = rhs + contributions of the fixed faces; fixed faces keep their cross.
+    fn solve(&self, shift: &[f64], rhs: &[c64]) -> Result<Vec<c64>, FieldError> {
+        let mut x = self.from_fixed.clone();
+        for (f, unknown) in self.unknown.iter().enumerate() {
+            if let Some(u) = *unknown {
+                x[u as usize] += rhs[f];
+            }
+        }
+        if self.n > 0 {
+            self.factor(shift)?.solve(&mut x);
+        }
+        Ok(self.spread(&x))
+    }
+
+    fn spread(&self, x: &[c64]) -> Vec<c64> {
+        self.unknown
+            .iter()
+            .zip(&self.fixed)
+            .map(|(unknown, fixed)| match (unknown, fixed) {
+                (Some(u), _) => x[*u as usize],
+                (None, Some(c)) => *c,
+                (None, None) => c64::new(1.0, 0.0),
+            })
+            .collect()
+    }
+}
+
+/// Inverse iteration for the smoothest field of all when nothing pins it down.
+fn smallest_eigenvector(ctx: &RunContext, mesh: &TriMesh, system: &System) -> Result<Vec<c64>, FieldError> {
+    let scale: f64 = system.diagonal.iter().sum::<f64>() / system.n.max(1) as f64;
+    let factor = system.factor(&vec![1e-8 * scale; mesh.n_faces()])?;
+    // A start without symmetry, the same in every run with this seed.
+    let mut state = ctx.seed() ^ 0x9e37_79b9_7f4a_7c15;
+    let mut x: Vec<c64> = (0..system.n)
+        .map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            unit((state >> 11) as f64 / (1u64 << 53) as f64 * std::f64::consts::TAU)
+        })
+        .collect();
+    for _ in 0..20 {
+        ctx.check()?;
+        factor.solve(&mut x);
+        let norm = x.iter().map(|c| c.re * c.re + c.im * c.im).sum::<f64>().sqrt().max(1e-300);
+        x.iter_mut().for_each(|c| *c *= 1.0 / norm);
+    }
+    Ok(system.spread(&x))
+}

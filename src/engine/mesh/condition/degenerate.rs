@@ -1,0 +1,247 @@
+//! Triangles without a usable normal: needles and caps.
+
+use std::collections::VecDeque;
+
+use glam::DVec3;
+
+use crate::engine::mesh::condition::draft::Draft;
+use crate::engine::mesh::condition::editable::Editable;
+use crate::engine::mesh::condition::patches::components;
+use crate::engine::mesh::condition::tally::Tally;
+use crate::engine::mesh::next;
+use crate::engine::mesh::prev;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+
+/// Least height of a triangle relative to the diagonal of its component.
+const LEAST_HEIGHT: f64 = 1e-9;
+/// Least height of a triangle relative to its longest side.
+const LEAST_SHAPE: f64 = 1e-6;
+/// Longest way, relative to the diagonal of the component, that a vertex is pulled along an edge.
+const LONGEST_PULL: f64 = 1e-5;
+
+/// What is too thin in one component.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    least_height: f64,
+    longest_pull: f64,
+}
+
+/// Twice the area over the longest side.
+fn height([a, b, c]: [DVec3; 3]) -> f64 {
+    let longest = longest([a, b, c]);
+    if longest > 0.0 { (b - a).cross(c - a).length() / longest } else { 0.0 }
+}
+
+fn longest([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
+}
+
+fn is_thin(triangle: [DVec3; 3], scale: Scale) -> bool {
+    height(triangle) < scale.least_height.max(LEAST_SHAPE * longest(triangle))
+}
+
+fn triangle(draft: &Draft, f: u32) -> [DVec3; 3] {
+    draft.faces[f as usize].map(|v| draft.positions[v as usize])
+}
+
+/// Drops components in which every triangle is thin: they have no area.
+pub(super) fn drop_flat_components(draft: &mut Draft, tally: &mut Tally) {
+    let (component, scales) = scales(draft);
+    let mut has_area = vec![false; scales.len()];
+    for f in 0..draft.faces.len() {
+        let c = component[f] as usize;
+        has_area[c] |= !is_thin(triangle(draft, f as u32), scales[c]);
+    }
+    let flat = has_area.iter().filter(|&&area| !area).count();
+    if flat > 0 {
+        let keep: Vec<bool> = component.iter().map(|&c| has_area[c as usize]).collect();
+        tally.add("degenerate_faces_dropped", keep.iter().filter(|&&k| !k).count());
+        draft.retain(&keep);
+    }
+    tally.add("components_without_area_dropped", flat);
+}
+
+fn scales(draft: &Draft) -> (Vec<u32>, Vec<Scale>) {
+    let (component, n) = components(&draft.twin);
+    let mut low = vec![DVec3::INFINITY; n];
+    let mut high = vec![DVec3::NEG_INFINITY; n];
+    for (f, &c) in component.iter().enumerate() {
+        for p in triangle(draft, f as u32) {
+            low[c as usize] = low[c as usize].min(p);
+            high[c as usize] = high[c as usize].max(p);
+        }
+    }
+    let scale = |c: usize| {
+        let diagonal = low[c].distance(high[c]);
+        let far = low[c].abs().max(high[c].abs()).max_element();
+        // Below a few units in the last place of the coordinates a height is rounding.
+        let least_height = (LEAST_HEIGHT * diagonal).max(16.0 * f64::EPSILON * far);
+        Scale { least_height, longest_pull: LONGEST_PULL * diagonal }
+    };
+    (component, (0..n).map(scale).collect())
+}
+
+/// Mends every thin triangle: flips the longest side of caps, collapses the shortest side of needles, peels what lies
+/// on the boundary, and where topology forbids all that moves the vertex by the least height that will do. Faces that
+/// resist even this are cut out.
+pub(super) fn mend(ctx: &RunContext, draft: Draft, tally: &mut Tally) -> Result<Draft, Cancelled> {
+    let (component, scales) = scales(&draft);
+    let scale = |f: u32| scales[component[f as usize] as usize];
+    let thin: Vec<u32> = (0..draft.faces.len() as u32).filter(|&f| is_thin(triangle(&draft, f), scale(f))).collect();
+    if thin.is_empty() {
+        return Ok(draft);
+    }
+    let mut mender = Mender { mesh: Editable::new(draft), collapsed: 0, flipped: 0, peeled: 0 };
+    let mut queue: VecDeque<u32> = thin.into();
+    let mut budget = 16 * queue.len() + 1000;
+    let mut stuck = Vec::new();
+    while let Some(f) = queue.pop_front() {
+        if budget % 1024 == 0 {
+            ctx.check()?;
+        }
+        if budget == 0 {
+            stuck.push(f);
+            continue;
+        }
+        budget -= 1;
+        if !mender.mesh.alive[f as usize] || !is_thin(triangle(&mender.mesh.draft, f), scale(f)) {
+            continue;
+        }
+        match mender.mend_face(f, scale(f)) {
+            Some(touched) => queue.extend(touched),
+            None => stuck.push(f),
+        }
+    }
+    let moved = unstick(&mut mender.mesh, &stuck, &scale);
+    tally.add("edges_collapsed", mender.collapsed);
+    tally.add("edges_flipped", mender.flipped);
+    tally.add("degenerate_faces_dropped", mender.peeled);
+    tally.add("vertices_moved", moved);
+    Ok(mender.mesh.finish())
+}
+
+/// Moves the corner opposite the longest side of each face away from that side, against the face beyond it.
+fn unstick(mesh: &mut Editable, stuck: &[u32], scale: &impl Fn(u32) -> Scale) -> usize {
+    let mut moved = 0;
+    for &f in stuck {
+        let t = triangle(&mesh.draft, f);
+        if !mesh.alive[f as usize] || !is_thin(t, scale(f)) {
+            continue;
+        }
+        let k = longest_side(t);
+        let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+        let along = (b - a).normalize_or_zero();
+        let across = |p: DVec3| (p - a) - along * (p - a).dot(along);
+        let beyond = mesh.draft.twin[3 * f as usize + k];
+        let away = if beyond < u32::MAX {
+            -across(mesh.draft.positions[mesh.draft.start(prev(beyond as usize) as u32) as usize])
+        } else {
+            across(c)
+        };
+        let away = away.try_normalize().unwrap_or_else(|| along.any_orthonormal_vector());
+        let step = 4.0 * scale(f).least_height.max(LEAST_SHAPE * longest(t));
+        let v = mesh.draft.faces[f as usize][(k + 2) % 3] as usize;
+        mesh.draft.positions[v] = c - across(c) + away * step;
+        mesh.draft.moved[v] = true;
+        moved += 1;
+    }
+    moved
+}
+
+fn longest_side([a, b, c]: [DVec3; 3]) -> usize {
+    let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
+    if ab >= bc && ab >= ca {
+        0
+    } else if bc >= ca {
+        1
+    } else {
+        2
+    }
+}
+
+struct Mender {
+    mesh: Editable,
+    collapsed: usize,
+    flipped: usize,
+    peeled: usize,
+}
+
+impl Mender {
+    /// Mends face `f`; returns the faces that changed, or `None` if nothing could be done.
+    fn mend_face(&mut self, f: u32, scale: Scale) -> Option<Vec<u32>> {
+        let t = triangle(&self.mesh.draft, f);
+        let long = 3 * f + longest_side(t) as u32;
+        let sides = [0, 1, 2].map(|k| t[k].distance(t[(k + 1) % 3]));
+        let mut short: Vec<u32> = (0..3).collect();
+        short.sort_by(|&i, &j| sides[i as usize].total_cmp(&sides[j as usize]));
+        let is_needle = sides[short[0] as usize] <= 4.0 * scale.least_height.max(height(t));
+        if is_needle && let Some(touched) = self.collapse_side(3 * f + short[0], scale) {
+            return Some(touched);
+        }
+        if self.mesh.may_flip(long) && self.flip_improves(long) {
+            let g = self.mesh.draft.twin[long as usize] / 3;
+            self.mesh.flip(long);
+            self.flipped += 1;
+            return Some(vec![f, g]);
+        }
+        for k in short.into_iter().filter(|&k| sides[k as usize] <= scale.longest_pull) {
+            if let Some(touched) = self.collapse_side(3 * f + k, scale) {
+                return Some(touched);
+            }
+        }
+        self.mesh.peel(f).then(|| {
+            self.peeled += 1;
+            Vec::new()
+        })
+    }
+
+    fn collapse_side(&mut self, h: u32, scale: Scale) -> Option<Vec<u32>> {
+        let twin = self.mesh.draft.twin[h as usize];
+        let backwards = if twin < u32::MAX { twin } else { h };
+        for (h, along) in [(h, true), (backwards, twin < u32::MAX)] {
+            if along && self.mesh.may_collapse(h) && self.collapse_is_harmless(h, scale) {
+                let end = self.mesh.draft.end(h);
+                self.mesh.collapse(h);
+                self.collapsed += 1;
+                return Some(self.mesh.fan(end).0.into_iter().map(|g| g / 3).collect());
+            }
+        }
+        None
+    }
+
+    /// No other face at the start of `h` is turned by more than 60 degrees or made thin.
+    fn collapse_is_harmless(&self, h: u32, scale: Scale) -> bool {
+        let draft = &self.mesh.draft;
+        let (twin, end) = (draft.twin[h as usize], draft.positions[draft.end(h) as usize]);
+        self.mesh
+            .fan(draft.start(h))
+            .0
+            .into_iter()
+            .filter(|&g| g / 3 != h / 3 && (twin == u32::MAX || g / 3 != twin / 3))
+            .all(|g| {
+                let old = triangle(draft, g / 3);
+                if is_thin(old, scale) {
+                    return true;
+                }
+                let (p, q) = (
+                    draft.positions[draft.end(g) as usize],
+                    draft.positions[draft.end(next(g as usize) as u32) as usize],
+                );
+                let normal = (p - end).cross(q - end).normalize_or_zero();
+                let before = (old[1] - old[0]).cross(old[2] - old[0]).normalize_or_zero();
+                !is_thin([end, p, q], scale) && normal.dot(before) > 0.5
+            })
+    }
+
+    /// The thinner of the two faces becomes less thin.
+    fn flip_improves(&self, h: u32) -> bool {
+        let draft = &self.mesh.draft;
+        let t = draft.twin[h as usize];
+        let at = |h: u32| draft.positions[draft.start(h) as usize];
+        let (a, b) = (at(h), at(t));
+        let (c, e) = (at(prev(h as usize) as u32), at(prev(t as usize) as u32));
+        let before = height([a, b, c]).min(height([b, a, e]));
+        height([a, e, c]).min(height([e, b, c])) > 1.5 * before.max(f64::MIN_POSITIVE)
+    }
+}

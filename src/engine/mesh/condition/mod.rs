@@ -1,0 +1,25 @@
+//! Input conditioning: from the polygons of a file to an oriented 2-manifold without degenerate triangles.
+//!
+//! triangulate → weld → pair the sides of edges → one vertex per fan → orient → mend degenerate triangles. Every step
+//! keeps the order of what it leaves alone, so that clean input comes back as it was; every repair is counted; no
+//! hole is filled. All lengths are compared with the size of the model or component, so results do not depend on units.
+
+mod condition_soup;
+mod degenerate;
+mod doubled;
+mod draft;
+mod edges;
+mod editable;
+mod error;
+mod fans;
+mod orient;
+mod pairing;
+mod patches;
+mod tally;
+#[cfg(test)]
+mod tests;
+mod triangulate;
+mod weld;
+
+pub use condition_soup::{ConditionOptions, condition};
+pub use error::ConditionError;

@@ -1,0 +1,46 @@
+//! The steps of feature detection in order.
+
+use crate::engine::mesh::Conditioned;
+use crate::engine::mesh::Features;
+use crate::engine::mesh::TriangleSoup;
+use crate::engine::mesh::feature_detection::corners::find_corners;
+use crate::engine::mesh::feature_detection::network::Network;
+use crate::engine::mesh::feature_detection::seeds::mark_explicit;
+use crate::engine::mesh::feature_detection::seeds::mark_material_borders;
+
+/// What is a feature.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeatureOptions {
+    /// Angle between face normals in degrees, 0 to 180, above which an edge is sharp; 180 = none.
+    pub angle_degrees: f64,
+    /// Whether borders between materials are features.
+    pub materials: bool,
+    /// Explicit feature edges as pairs of positions of the soup.
+    pub explicit: Vec<[u32; 2]>,
+    /// Length in model units below which sharp chains are dropped if they have a loose end, or belong to a network
+    /// that is smaller than this as a whole. Material borders and explicit edges are never dropped.
+    pub min_length: f64,
+}
+
+impl Default for FeatureOptions {
+    fn default() -> Self {
+        Self { angle_degrees: 40.0, materials: true, explicit: Vec::new(), min_length: 0.0 }
+    }
+}
+
+/// Finds the feature network of a conditioned surface. `soup` is the one it was made of. O(F log F).
+pub fn detect_features(conditioned: &Conditioned, soup: &TriangleSoup, options: &FeatureOptions) -> Features {
+    let mesh = &conditioned.mesh;
+    let mut network = Network::new(mesh);
+    if options.materials {
+        mark_material_borders(conditioned, soup, &mut network);
+    }
+    mark_explicit(conditioned, soup, &options.explicit, &mut network);
+    if options.angle_degrees < 180.0 {
+        network.mark_sharp(options.angle_degrees.to_radians());
+        network.grow(0.5 * options.angle_degrees.to_radians());
+        network.prune(options.min_length);
+    }
+    let corners = find_corners(mesh, &network, options.min_length);
+    Features { edges: network.edges(), corners }
+}

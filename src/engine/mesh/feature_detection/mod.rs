@@ -1,0 +1,13 @@
+//! Which edges must come out as quad edges, and which vertices as quad vertices.
+//!
+//! Seeds (sharp dihedral angles, material borders, edges named by the user) → growth along less sharp edges that go
+//! straight on → short loose chains away → corners. The boundary is always kept and never listed.
+
+mod corners;
+mod detect;
+mod network;
+mod seeds;
+#[cfg(test)]
+mod tests;
+
+pub use detect::{FeatureOptions, detect_features};

@@ -1,0 +1,205 @@
+//! Feature edges as a graph on the mesh.
+
+use crate::engine::mesh::TriMesh;
+
+/// Largest change of direction, in radians, along which a feature grows.
+const STRAIGHT: f64 = 30.0 / 180.0 * std::f64::consts::PI;
+
+/// A set of interior edges.
+pub(super) struct Network<'a> {
+    mesh: &'a TriMesh,
+    /// Per halfedge, the same on both sides.
+    marked: Vec<bool>,
+    /// Marked and not to be dropped, per halfedge.
+    kept: Vec<bool>,
+    /// Marked edges per vertex.
+    degree: Vec<u32>,
+}
+
+/// Marked edges between two vertices of degree other than 2, or around a loop.
+struct Chain {
+    /// Halfedges in order.
+    halfedges: Vec<usize>,
+    length: f64,
+}
+
+impl<'a> Network<'a> {
+    /// No edges.
+    pub(super) fn new(mesh: &'a TriMesh) -> Self {
+        let n = mesh.n_halfedges();
+        Self { mesh, marked: vec![false; n], kept: vec![false; n], degree: vec![0; mesh.n_vertices()] }
+    }
+
+    /// Whether the edge of `h` is marked.
+    pub(super) fn is_marked(&self, h: usize) -> bool {
+        self.marked[h]
+    }
+
+    /// Marked edges at `v`.
+    pub(super) fn degree(&self, v: u32) -> u32 {
+        self.degree[v as usize]
+    }
+
+    fn set(&mut self, h: usize, marked: bool) {
+        if self.marked[h] != marked {
+            for s in [Some(h), self.mesh.twin(h)].into_iter().flatten() {
+                self.marked[s] = marked;
+            }
+            for v in [self.mesh.origin(h), self.mesh.target(h)] {
+                let d = &mut self.degree[v as usize];
+                *d = if marked { *d + 1 } else { *d - 1 };
+            }
+        }
+    }
+
+    /// Marks an interior edge for good.
+    pub(super) fn mark_kept(&mut self, h: usize) {
+        self.set(h, true);
+        for s in [Some(h), self.mesh.twin(h)].into_iter().flatten() {
+            self.kept[s] = true;
+        }
+    }
+
+    /// Angle between the normals of the two faces at `h`, in radians; 0 on the boundary.
+    fn dihedral(&self, h: usize) -> f64 {
+        let Some(t) = self.mesh.twin(h) else {
+            return 0.0;
+        };
+        let (n, m) = (self.mesh.normal(h / 3), self.mesh.normal(t / 3));
+        n.cross(m).length().atan2(n.dot(m))
+    }
+
+    /// Marks the edges with a dihedral angle above `angle` radians.
+    pub(super) fn mark_sharp(&mut self, angle: f64) {
+        for h in 0..self.mesh.n_halfedges() {
+            if self.mesh.is_edge_owner(h) && self.dihedral(h) > angle {
+                self.set(h, true);
+            }
+        }
+    }
+
+    /// Halfedges of the marked edges at `v`, leaving `v` where there is such a halfedge.
+    fn marked_at(&self, v: u32) -> impl Iterator<Item = usize> + '_ {
+        // Marked edges are interior, so each has a halfedge that leaves v.
+        self.mesh.fan(v).filter(|&h| self.marked[h])
+    }
+
+    /// Extends loose ends along edges with a dihedral angle above `angle` radians that go straight on.
+    pub(super) fn grow(&mut self, angle: f64) {
+        let is_loose = |network: &Self, v: u32| network.degree(v) == 1 && !network.mesh.is_boundary_vertex(v);
+        let mut ends: Vec<u32> = (0..self.mesh.n_vertices() as u32).filter(|&v| is_loose(self, v)).rev().collect();
+        while let Some(v) = ends.pop() {
+            if !is_loose(self, v) {
+                continue;
+            }
+            let Some(back) = self.marked_at(v).next() else {
+                continue;
+            };
+            let ahead = -self.direction(back);
+            let candidates = self.mesh.fan(v).filter(|&h| !self.marked[h] && !self.mesh.is_boundary(h));
+            let score = |h: usize| (self.dihedral(h), self.direction(h).dot(ahead));
+            let best = candidates
+                .map(|h| (score(h), h))
+                .filter(|&((dihedral, along), _)| dihedral > angle && along > STRAIGHT.cos())
+                .max_by(|p, q| (p.0.0 * p.0.1).total_cmp(&(q.0.0 * q.0.1)).then(q.1.cmp(&p.1)));
+            if let Some((_, h)) = best {
+                self.set(h, true);
+                ends.push(self.mesh.target(h));
+            }
+        }
+    }
+
+    fn direction(&self, h: usize) -> glam::DVec3 {
+        (self.mesh.position(self.mesh.target(h)) - self.mesh.position(self.mesh.origin(h))).normalize_or_zero()
+    }
+
+    fn length(&self, h: usize) -> f64 {
+        self.mesh.position(self.mesh.target(h)).distance(self.mesh.position(self.mesh.origin(h)))
+    }
+
+    /// Whether chains end at `v`.
+    fn is_node(&self, v: u32) -> bool {
+        self.degree(v) != 2 || self.mesh.is_boundary_vertex(v)
+    }
+
+    /// The chain that starts with halfedge `h`, to the next node or back to the start.
+    fn walk(&self, h: usize) -> Vec<usize> {
+        let mut chain = vec![h];
+        let mut at = h;
+        loop {
+            let v = self.mesh.target(at);
+            if self.is_node(v) || v == self.mesh.origin(h) {
+                return chain;
+            }
+            let twin = self.mesh.twin(at);
+            let Some(onward) = self.marked_at(v).find(|&g| Some(g) != twin) else {
+                return chain;
+            };
+            chain.push(onward);
+            at = onward;
+        }
+    }
+
+    fn chains(&self) -> Vec<Chain> {
+        let mut seen = vec![false; self.marked.len()];
+        let mut chains = Vec::new();
+        let starts_at_node = |h: &usize| self.is_node(self.mesh.origin(*h));
+        let marked = || (0..self.marked.len()).filter(|&h| self.marked[h]);
+        for h in marked().filter(starts_at_node).chain(marked()) {
+            if seen[h] {
+                continue;
+            }
+            let halfedges = self.walk(h);
+            for &g in &halfedges {
+                for s in [Some(g), self.mesh.twin(g)].into_iter().flatten() {
+                    seen[s] = true;
+                }
+            }
+            let length = halfedges.iter().map(|&g| self.length(g)).sum();
+            chains.push(Chain { halfedges, length });
+        }
+        chains
+    }
+
+    /// Drops chains shorter than `min_length` with a loose end, and closed ones, until none is left.
+    pub(super) fn prune(&mut self, min_length: f64) {
+        loop {
+            let mut changed = false;
+            for chain in self.chains() {
+                let first = self.mesh.origin(chain.halfedges[0]);
+                let last = self.mesh.target(chain.halfedges[chain.halfedges.len() - 1]);
+                let is_loose = |v: u32| self.degree(v) == 1 && !self.mesh.is_boundary_vertex(v);
+                let is_free = is_loose(first) || is_loose(last) || first == last;
+                let kept = chain.halfedges.iter().any(|&h| self.kept[h]);
+                if is_free && !kept && chain.length < min_length {
+                    changed = true;
+                    for &h in &chain.halfedges {
+                        self.set(h, false);
+                    }
+                }
+            }
+            if !changed {
+                return;
+            }
+        }
+    }
+
+    /// The marked edges, (lower, higher) vertex, sorted.
+    pub(super) fn edges(&self) -> Vec<[u32; 2]> {
+        let ends = |h: usize| [self.mesh.origin(h), self.mesh.target(h)];
+        let owners = (0..self.marked.len()).filter(|&h| self.marked[h] && self.mesh.is_edge_owner(h));
+        let mut edges: Vec<[u32; 2]> = owners.map(ends).map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        edges.sort_unstable();
+        edges
+    }
+
+    /// The halfedge that goes on from `h` along its chain, or `None` where the chain ends.
+    pub(super) fn next_marked(&self, h: usize) -> Option<usize> {
+        let v = self.mesh.target(h);
+        if self.is_node(v) {
+            return None;
+        }
+        let twin = self.mesh.twin(h);
+        self.marked_at(v).find(|&g| Some(g) != twin)
+    }
+}

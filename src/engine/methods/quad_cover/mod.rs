@@ -1,0 +1,154 @@
+//! QuadCover [kaelberer_2007], [nieser_2012]: cross field → matching → seamless map → integers → integer-grid map.
+//!
+//! The script of the method on one connected component. The field is solved once; the map's system is factored once;
+//! densities are tried by rounding alone, since the right-hand side is proportional to the scale.
+
+mod stiffen;
+
+use crate::engine::field::CrossField;
+use crate::engine::field::FieldError;
+use crate::engine::field::FieldOptions;
+use crate::engine::field::Frames;
+use crate::engine::field::curvature_guidance;
+use crate::engine::field::smooth_cross_field;
+use crate::engine::mesh::Surface;
+use crate::engine::parameterize::GridMap;
+use crate::engine::parameterize::MapError;
+use crate::engine::parameterize::MapMeasures;
+use crate::engine::parameterize::MapSystem;
+use crate::engine::parameterize::RoundedIntegers;
+use crate::engine::parameterize::measure_map;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+use crate::engine::run::Stage;
+
+/// What the method is asked for.
+#[derive(Clone, Debug)]
+pub struct QuadCoverOptions {
+    /// Length of a quad edge in model units.
+    pub edge_length: f64,
+    /// Number of quads wanted on this component; `None` keeps the edge length.
+    pub quads: Option<f64>,
+    /// 0 follows curvature, 1 is as smooth as possible.
+    pub smoothing: f64,
+    /// Whether curvature guides the field at all.
+    pub guided: bool,
+}
+
+/// An integer-grid map (up to flipped triangles) of one component.
+#[derive(Clone, Debug)]
+pub struct QuadCoverMap {
+    /// The map on the working mesh.
+    pub grid: GridMap,
+    /// Grid units per model unit.
+    pub scale: f64,
+    /// The field that it follows.
+    pub field: CrossField,
+    /// Its measures.
+    pub measures: MapMeasures,
+    /// Energy of the seamless map relative to ½‖X‖².
+    pub curl_energy: f64,
+    /// Energy added by rounding relative to ½‖X‖².
+    pub rounding_energy: f64,
+}
+
+/// The method found no map.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum QuadCoverError {
+    /// The run was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The field failed.
+    #[error(transparent)]
+    Field(FieldError),
+    /// The map failed.
+    #[error(transparent)]
+    Map(MapError),
+}
+
+impl From<FieldError> for QuadCoverError {
+    fn from(e: FieldError) -> Self {
+        if let FieldError::Cancelled(c) = e { Self::Cancelled(c) } else { Self::Field(e) }
+    }
+}
+
+impl From<MapError> for QuadCoverError {
+    fn from(e: MapError) -> Self {
+        if let MapError::Cancelled(c) = e { Self::Cancelled(c) } else { Self::Map(e) }
+    }
+}
+
+/// How far the count may be from the one asked for before the scale is tried again.
+const COUNT_TOLERANCE: f64 = 0.02;
+/// Scales tried at most.
+const MAX_SCALES: usize = 4;
+
+/// Runs the method on the working mesh of one component.
+///
+/// # Errors
+/// [`QuadCoverError`]; the caller then takes another road.
+pub fn quad_cover(
+    ctx: &RunContext,
+    working: &Surface,
+    options: &QuadCoverOptions,
+) -> Result<QuadCoverMap, QuadCoverError> {
+    let mesh = &working.mesh;
+    let frames = Frames::new(mesh);
+    let flags = working.features.halfedge_flags(mesh);
+    let field = ctx.stage(Stage::Field, || -> Result<_, QuadCoverError> {
+        let guidance = options.guided.then(|| curvature_guidance(mesh, &frames, &flags, 0.7 * options.edge_length));
+        let field_options = FieldOptions { edge_length: options.edge_length, smoothing: options.smoothing };
+        Ok(smooth_cross_field(ctx, mesh, &frames, &flags, guidance.as_ref(), &field_options)?)
+    })?;
+    let system =
+        ctx.stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners))?;
+    ctx.stage(Stage::Round, || {
+        let (rounded, grid, measures) = meet_count(ctx, working, &frames, &system, options)?;
+        let (grid, measures) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
+        Ok(QuadCoverMap {
+            grid,
+            scale: rounded.scale,
+            field,
+            measures,
+            curl_energy: rounded.curl_energy,
+            rounding_energy: rounded.rounding_energy,
+        })
+    })
+}
+
+/// Rounds at the scale of the edge length, then at scales corrected by the area of the map, and keeps the best.
+fn meet_count(
+    ctx: &RunContext,
+    working: &Surface,
+    frames: &Frames,
+    system: &MapSystem,
+    options: &QuadCoverOptions,
+) -> Result<(RoundedIntegers, GridMap, MapMeasures), QuadCoverError> {
+    let mut scale = 1.0 / options.edge_length;
+    let mut best: Option<(f64, RoundedIntegers, GridMap, MapMeasures)> = None;
+    for attempt in 0..MAX_SCALES {
+        let rounded = system.round(ctx, scale)?;
+        let grid = match system.map(&working.mesh, &rounded) {
+            Err(e) if attempt + 1 == MAX_SCALES && best.is_none() => return Err(e.into()),
+            Err(_) => {
+                // Fractions depend on the integers, hence on the scale: try one nearby.
+                scale *= 1.03;
+                continue;
+            }
+            Ok(grid) => grid,
+        };
+        let measures = measure_map(&working.mesh, frames, &grid, scale);
+        let wanted = options.quads.unwrap_or(measures.grid_area);
+        let off = (measures.grid_area.max(1.0) / wanted).ln().abs();
+        if best.as_ref().is_none_or(|b| off < b.0) {
+            best = Some((off, rounded, grid, measures));
+        }
+        if off < COUNT_TOLERANCE {
+            break;
+        }
+        scale *= (wanted / measures.grid_area.max(1.0)).sqrt().clamp(0.5, 2.0);
+    }
+    let (_, rounded, grid, measures) =
+        best.ok_or(QuadCoverError::Map(MapError::Fractions { n: system.n_integers() }))?;
+    Ok((rounded, grid, measures))
+}

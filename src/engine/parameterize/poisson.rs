@@ -1,0 +1,78 @@
+//! The energy `Σ w A |∇z − Z|²` of a map whose gradients should be the cross field's, as a quadratic form in the real
+//! unknowns of the corner forms (algorithms.md C.1; [kaelberer_2007] section 4).
+
+use glam::DVec2;
+
+use crate::engine::field::Frames;
+use crate::engine::mesh::TriMesh;
+use crate::engine::parameterize::corner_forms::CornerForms;
+
+/// Gradients of the three hat functions of face `f` in its frame, and its area.
+pub(super) fn hat_gradients(mesh: &TriMesh, frames: &Frames, f: usize) -> ([DVec2; 3], f64) {
+    let p = mesh.triangle(f);
+    let area = mesh.area(f);
+    let gradient = std::array::from_fn(|k| {
+        let e = frames.coordinates(f, p[(k + 2) % 3] - p[(k + 1) % 3]);
+        e.perp() / (2.0 * area)
+    });
+    (gradient, area)
+}
+
+/// A quadratic form `xᵀ L x − 2 bᵀ x + constant` in real unknowns, lower triangle of L as summable entries.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Quadratic {
+    pub(super) lower: Vec<(u32, u32, f64)>,
+    pub(super) b: Vec<f64>,
+    pub(super) constant: f64,
+}
+
+/// Assembles the energy. `direction[f]` is the angle of grad u in the frame of face f in the combed chart; grid lines
+/// are one model unit apart (scale the right-hand side for other densities). `weight` scales each face.
+pub(super) fn assemble(
+    mesh: &TriMesh,
+    frames: &Frames,
+    direction: &[f64],
+    weight: &[f64],
+    forms: &CornerForms,
+) -> Quadratic {
+    let mut q = Quadratic { lower: Vec::new(), b: vec![0.0; 2 * forms.n_unknowns], constant: 0.0 };
+    q.lower.reserve(mesh.n_faces() * 24);
+    for f in 0..mesh.n_faces() {
+        let (gradient, area) = hat_gradients(mesh, frames, f);
+        let area = area * weight[f];
+        q.constant += 2.0 * area;
+        let x = DVec2::from_angle(direction[f]);
+        let y = x.perp();
+        for k in 0..3 {
+            // ∂/∂z_k of 2 Re ∫ ⟨∇z, Z⟩: u pairs with X, v with Y.
+            let pull = DVec2::new(gradient[k].dot(x), gradient[k].dot(y)) * area;
+            for t in &forms.corner[3 * f + k] {
+                let turned = crate::engine::parameterize::rotate(pull, (4 - t.quarters) & 3);
+                q.b[2 * t.unknown as usize] += turned.x;
+                q.b[2 * t.unknown as usize + 1] += turned.y;
+            }
+            for l in 0..3 {
+                let stiffness = area * gradient[k].dot(gradient[l]);
+                for s in &forms.corner[3 * f + k] {
+                    for t in &forms.corner[3 * f + l] {
+                        add_block(&mut q.lower, s.unknown, t.unknown, (t.quarters + 4 - s.quarters) & 3, stiffness);
+                    }
+                }
+            }
+        }
+    }
+    q
+}
+
+/// Adds `value · R^quarters` at the 2×2 block (row, column), lower triangle only. Blocks above the diagonal are left
+/// out: their transpose is added when the loop meets the pair the other way round.
+fn add_block(lower: &mut Vec<(u32, u32, f64)>, row: u32, column: u32, quarters: u8, value: f64) {
+    let (r, c) = (2 * row, 2 * column);
+    let entries = match quarters {
+        0 => [(r, c, value), (r + 1, c + 1, value)],
+        1 => [(r, c + 1, -value), (r + 1, c, value)],
+        2 => [(r, c, -value), (r + 1, c + 1, -value)],
+        _ => [(r, c + 1, value), (r + 1, c, -value)],
+    };
+    lower.extend(entries.into_iter().filter(|&(r, c, _)| r >= c));
+}

@@ -1,0 +1,298 @@
+//! From a cross field to a seamless map, and from there to an integer-grid map.
+//!
+//! All conditions of an integer-grid map but integrality are linear and are eliminated exactly: transitions by the
+//! corner forms, closing fans, straight features and boundaries by [`Elimination`]. One factorisation of the continuous
+//! unknowns serves every density: the right-hand side is proportional to the scale.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::engine::field::CrossField;
+use crate::engine::field::Frames;
+use crate::engine::mesh::TriMesh;
+use crate::engine::numerics::Cholesky;
+use crate::engine::numerics::SolveError;
+use crate::engine::parameterize::corner_forms::{CornerForms, real_parts};
+use crate::engine::parameterize::elimination::Elimination;
+use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
+use crate::engine::parameterize::poisson::{Quadratic, assemble};
+use crate::engine::parameterize::reduced::{Reduced, Unknowns};
+use crate::engine::parameterize::rounding::Periods;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+use crate::engine::topology::CutGraph;
+use crate::engine::topology::cut_and_comb;
+use glam::{DVec2, I64Vec2};
+
+/// No map was found.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum MapError {
+    /// The run was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A linear solve failed.
+    #[error("the map could not be solved for: {0}")]
+    Solve(#[from] SolveError),
+    /// The integers have no unique real optimum.
+    #[error("the {n} integers of the map have no unique real optimum")]
+    Periods {
+        /// Number of integers.
+        n: usize,
+    },
+    /// The conditions on the integers contradict each other.
+    #[error("{n} positions that must be integers are fractions of integers")]
+    Fractions {
+        /// Number of such positions.
+        n: usize,
+    },
+    /// More integers than the period matrix can be held for.
+    #[error("the map has {n} integers, more than the limit of {limit}")]
+    TooManyIntegers {
+        /// Number of integers.
+        n: usize,
+        /// The limit.
+        limit: usize,
+    },
+}
+
+/// Most integers for which the dense period matrix is formed (128 MB).
+const MAX_INTEGERS: usize = 4000;
+
+/// The linear system of all maps that follow one cross field on one component.
+#[derive(Clone, Debug)]
+pub struct MapSystem {
+    cut: CutGraph,
+    forms: CornerForms,
+    unknowns: Unknowns,
+    iso: Vec<Iso>,
+    /// Angle of grad u per face, in the combed charts.
+    direction: Vec<f64>,
+    reduced: Reduced,
+    factor: Cholesky<f64>,
+    periods: Periods,
+    constant: f64,
+    /// Real forms that must be integers, in raw unknowns.
+    integral: Vec<Vec<(u32, f64)>>,
+}
+
+/// Integers of a map and what they cost.
+#[derive(Clone, Debug)]
+pub struct RoundedIntegers {
+    /// Grid units per model unit.
+    pub scale: f64,
+    q: Vec<f64>,
+    /// Energy of the seamless map (real integers) relative to ½‖X‖².
+    pub curl_energy: f64,
+    /// Energy added by rounding, relative to ½‖X‖².
+    pub rounding_energy: f64,
+}
+
+impl MapSystem {
+    /// Sets up and factors the system. `is_feature` is a flag per halfedge (features and boundary), `corners` are
+    /// vertices that must lie on integer points.
+    ///
+    /// # Errors
+    /// [`MapError`] if a solve failed, the integers are not determined, or the run was stopped.
+    pub fn new(
+        ctx: &RunContext,
+        mesh: &TriMesh,
+        frames: &Frames,
+        field: &CrossField,
+        is_feature: &[bool],
+        corners: &[u32],
+    ) -> Result<Self, MapError> {
+        let (cut, _, turns) = cut_and_comb(mesh, &field.matching, &field.quarter_index);
+        let direction: Vec<f64> = field.angle.iter().zip(&turns).map(|(a, &k)| a - f64::from(k) * FRAC_PI_2).collect();
+        let iso = iso_lines(mesh, frames, &direction, is_feature);
+        let forms = CornerForms::new(mesh, &cut);
+        let special: Vec<u32> = special_vertices(mesh, field, corners);
+        let (unknowns, integral) = constrain(mesh, &forms, &iso, &special)?;
+        ctx.check()?;
+        let weight = vec![1.0; mesh.n_faces()];
+        let raw: Quadratic = assemble(mesh, frames, &direction, &weight, &forms);
+        let reduced = Reduced::new(&raw, &unknowns);
+        let n = unknowns.n_integers;
+        if n > MAX_INTEGERS {
+            return Err(MapError::TooManyIntegers { n, limit: MAX_INTEGERS });
+        }
+        ctx.check()?;
+        let factor = reduced.factor()?;
+        let periods = Periods::new(ctx, &reduced, &factor)?.ok_or(MapError::Periods { n })?;
+        Ok(Self { cut, forms, unknowns, iso, direction, reduced, factor, periods, constant: raw.constant, integral })
+    }
+
+    /// Number of integers.
+    pub fn n_integers(&self) -> usize {
+        self.unknowns.n_integers
+    }
+
+    /// Angle of grad u per face in the combed charts, radians in the face's frame.
+    pub fn direction(&self) -> &[f64] {
+        &self.direction
+    }
+
+    /// Rounds the integers for a density of `scale` grid units per model unit.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if the run was stopped.
+    pub fn round(&self, ctx: &RunContext, scale: f64) -> Result<RoundedIntegers, Cancelled> {
+        let q = self.periods.round(ctx, scale)?;
+        let norm = self.constant * scale * scale;
+        let rounding_energy = 2.0 * self.periods.excess(scale, &q) / norm;
+        // E* = constant − bᵀ x*: with x* the optimum of all unknowns, real integers included.
+        let real: Vec<f64> = self.periods.optimum.clone();
+        let z = self.reduced.solve_continuous(&self.factor, 1.0, &real);
+        let gain: f64 = z.iter().zip(&self.reduced.b_z).map(|(z, b)| z * b).sum::<f64>()
+            + real.iter().zip(&self.reduced.b_q).map(|(q, b)| q * b).sum::<f64>();
+        let curl_energy = 2.0 * ((self.constant - gain) / self.constant).max(0.0);
+        Ok(RoundedIntegers { scale, q, curl_energy, rounding_energy })
+    }
+
+    /// The seamless map before rounding, for measuring: corner values in grid units at scale 1.
+    pub fn seamless_corners(&self) -> Vec<DVec2> {
+        let z = self.reduced.solve_continuous(&self.factor, 1.0, &self.periods.optimum);
+        self.corners(&self.unknowns.expand(&z, &self.periods.optimum))
+    }
+
+    /// The map with these integers.
+    ///
+    /// # Errors
+    /// [`MapError::Fractions`] if positions that must be integers are not.
+    pub fn map(&self, mesh: &TriMesh, rounded: &RoundedIntegers) -> Result<GridMap, MapError> {
+        let z = self.reduced.solve_continuous(&self.factor, rounded.scale, &rounded.q);
+        self.grid_map(mesh, &z, &rounded.q)
+    }
+
+    /// The map with these integers that minimises the energy with other weights per face (stiffening): same pattern,
+    /// one more numeric factorisation.
+    ///
+    /// # Errors
+    /// As [`MapSystem::map`], and if the factorisation fails.
+    pub fn map_weighted(
+        &self,
+        mesh: &TriMesh,
+        frames: &Frames,
+        rounded: &RoundedIntegers,
+        weight: &[f64],
+    ) -> Result<GridMap, MapError> {
+        let raw = assemble(mesh, frames, &self.direction, weight, &self.forms);
+        let reduced = Reduced::new(&raw, &self.unknowns);
+        let factor = reduced.factor()?;
+        let z = reduced.solve_continuous(&factor, rounded.scale, &rounded.q);
+        self.grid_map(mesh, &z, &rounded.q)
+    }
+
+    fn grid_map(&self, mesh: &TriMesh, z: &[f64], q: &[f64]) -> Result<GridMap, MapError> {
+        let raw = self.unknowns.expand(z, q);
+        let off_grid = |form: &Vec<(u32, f64)>| {
+            let value: f64 = form.iter().map(|&(x, c)| c * raw[x as usize]).sum();
+            (value - value.round()).abs() > 1e-6
+        };
+        let n = self.integral.iter().filter(|f| off_grid(f)).count();
+        if n > 0 {
+            return Err(MapError::Fractions { n });
+        }
+        let mut rotation = vec![0u8; mesh.n_halfedges()];
+        let mut translation = vec![I64Vec2::ZERO; mesh.n_halfedges()];
+        for (k, segment) in self.cut.segments.iter().enumerate() {
+            let u = 2 * (self.forms.n_vertices + k);
+            let tau = I64Vec2::new(raw[u].round() as i64, raw[u + 1].round() as i64);
+            let m = segment.quarters;
+            let back = (4 - m) & 3;
+            for &h in &segment.halfedges {
+                (rotation[h], translation[h]) = (m, tau);
+                if let Some(t) = mesh.twin(h) {
+                    (rotation[t], translation[t]) = (back, -rotate_integer(tau, back));
+                }
+            }
+        }
+        Ok(GridMap { uv: self.corners(&raw), rotation, translation, iso: self.iso.clone() })
+    }
+
+    fn corners(&self, raw: &[f64]) -> Vec<DVec2> {
+        let value = |form: &Vec<(u32, f64)>| form.iter().map(|&(x, c)| c * raw[x as usize]).sum::<f64>();
+        self.forms
+            .corner
+            .iter()
+            .map(|form| {
+                let [re, im] = real_parts(form);
+                DVec2::new(value(&re), value(&im))
+            })
+            .collect()
+    }
+}
+
+/// Which coordinate is constant along each feature or boundary halfedge.
+fn iso_lines(mesh: &TriMesh, frames: &Frames, direction: &[f64], is_feature: &[bool]) -> Vec<Iso> {
+    (0..mesh.n_halfedges())
+        .map(|h| {
+            if !is_feature[h] {
+                return Iso::None;
+            }
+            let quarter = ((frames.angle[h] - direction[h / 3]) / FRAC_PI_2).round() as i64;
+            if quarter % 2 == 0 { Iso::V } else { Iso::U }
+        })
+        .collect()
+}
+
+/// Vertices that must lie on integer points: singular ones and corners, sorted.
+fn special_vertices(mesh: &TriMesh, field: &CrossField, corners: &[u32]) -> Vec<u32> {
+    let mut special: Vec<u32> =
+        (0..mesh.n_vertices() as u32).filter(|&v| field.quarter_index[v as usize] != 0).collect();
+    special.extend(corners);
+    special.sort_unstable();
+    special.dedup();
+    special
+}
+
+type Integral = Vec<Vec<(u32, f64)>>;
+
+fn constrain(
+    mesh: &TriMesh,
+    forms: &CornerForms,
+    iso: &[Iso],
+    special: &[u32],
+) -> Result<(Unknowns, Integral), MapError> {
+    let n_real = 2 * forms.n_unknowns;
+    let mut rank: Vec<u8> = (0..n_real).map(|x| u8::from(x >= 2 * forms.n_vertices)).collect();
+    for &v in special {
+        (rank[2 * v as usize], rank[2 * v as usize + 1]) = (2, 2);
+    }
+    let mut elimination = Elimination::new(rank);
+    // Translating all charts together changes nothing: one point is put at the origin.
+    let on_iso = || (0..mesh.n_halfedges()).find(|&h| iso[h] != Iso::None).map(|h| mesh.origin(h));
+    let origin = special.first().copied().or_else(on_iso).unwrap_or(0);
+    elimination.add(&[(2 * origin, 1.0)]);
+    elimination.add(&[(2 * origin + 1, 1.0)]);
+    for closure in &forms.closures {
+        for part in real_parts(closure) {
+            elimination.add(&part);
+        }
+    }
+    let coordinate = |h: usize, corner: usize| {
+        let [re, im] = real_parts(&forms.corner[corner]);
+        if iso[h] == Iso::U { re } else { im }
+    };
+    let lines: Vec<usize> = (0..mesh.n_halfedges()).filter(|&h| iso[h] != Iso::None && mesh.is_edge_owner(h)).collect();
+    for &h in &lines {
+        let mut relation = coordinate(h, crate::engine::mesh::next(h));
+        relation.extend(coordinate(h, h).into_iter().map(|(x, c)| (x, -c)));
+        elimination.add(&relation);
+    }
+    // Whatever must be an integer is a combination of unknowns that then must be integers, too.
+    let mut integral: Integral = Vec::new();
+    for k in 2 * forms.n_vertices..n_real {
+        integral.push(vec![(k as u32, 1.0)]);
+    }
+    for &v in special {
+        integral.push(vec![(2 * v, 1.0)]);
+        integral.push(vec![(2 * v + 1, 1.0)]);
+    }
+    integral.extend(lines.iter().map(|&h| coordinate(h, h)));
+    let mut is_integer = vec![false; n_real];
+    for form in &integral {
+        for (x, _) in elimination.resolve(form) {
+            is_integer[x as usize] = true;
+        }
+    }
+    Ok((Unknowns::new(elimination.finish(), &is_integer), integral))
+}

@@ -1,0 +1,115 @@
+//! Maps of the sample surfaces.
+
+use super::*;
+use crate::engine::field::CrossField;
+use crate::engine::field::FieldOptions;
+use crate::engine::field::Frames;
+use crate::engine::field::curvature_guidance;
+use crate::engine::field::smooth_cross_field;
+use crate::engine::mesh::Surface;
+use crate::engine::mesh::refine;
+use crate::engine::mesh::shapes::sample_surface;
+use crate::engine::run::RunContext;
+
+struct Case {
+    surface: Surface,
+    frames: Frames,
+    flags: Vec<bool>,
+    field: CrossField,
+    scale: f64,
+}
+
+fn case(name: &str, quads: f64) -> Case {
+    let ctx = RunContext::silent();
+    let surface = sample_surface(name, 2000).expect("a sample");
+    let h = (surface.mesh.total_area() / quads).sqrt();
+    let surface = refine(&ctx, &surface, |_| 0.5 * h, 100_000).unwrap().surface;
+    let frames = Frames::new(&surface.mesh);
+    let flags = surface.features.halfedge_flags(&surface.mesh);
+    let guidance = curvature_guidance(&surface.mesh, &frames, &flags, 0.7 * h);
+    let options = FieldOptions { edge_length: h, smoothing: 0.5 };
+    let field = smooth_cross_field(&ctx, &surface.mesh, &frames, &flags, Some(&guidance), &options).unwrap();
+    Case { surface, frames, flags, field, scale: 1.0 / h }
+}
+
+fn map(case: &Case) -> (MapSystem, RoundedIntegers, GridMap) {
+    let ctx = RunContext::silent();
+    let mesh = &case.surface.mesh;
+    let corners = &case.surface.features.corners;
+    let system = MapSystem::new(&ctx, mesh, &case.frames, &case.field, &case.flags, corners).unwrap();
+    let rounded = system.round(&ctx, case.scale).unwrap();
+    let map = system.map(mesh, &rounded).unwrap();
+    (system, rounded, map)
+}
+
+#[test]
+fn simple_samples_have_the_fewest_singularities() {
+    for (name, quarters) in [("sphere", 8), ("torus", 0), ("cube", 8), ("rounded_box", 8), ("ellipsoid", 8)] {
+        let case = case(name, 300.0);
+        let found = case.field.singularities();
+        assert_eq!(found.len(), quarters, "{name}");
+        assert!(found.iter().all(|s| s.quarters == 1), "{name}");
+    }
+}
+
+#[test]
+fn indices_sum_to_the_euler_characteristic() {
+    for name in ["sphere", "genus2", "genus5", "trefoil", "noisy_blob", "gear"] {
+        let case = case(name, 500.0);
+        let sum: i32 = case.field.quarter_index.iter().sum();
+        assert_eq!(i64::from(sum), 4 * case.surface.mesh.topology().euler, "{name}");
+    }
+}
+
+#[test]
+fn maps_of_samples_are_seamless_and_integral() {
+    for name in ["sphere", "torus", "cube", "genus2", "gear", "half_pipe", "plate_with_holes"] {
+        let case = case(name, 500.0);
+        let mesh = &case.surface.mesh;
+        let (_, rounded, map) = map(&case);
+        assert!(seam_residual(mesh, &map) < 1e-9, "{name}");
+        // The area of a map whose boundary lies on integer lines counts whole quads.
+        let measures = measure_map(mesh, &case.frames, &map, case.scale);
+        assert!((measures.grid_area - measures.grid_area.round()).abs() < 1e-6, "{name}: {measures:?}");
+        assert!(rounded.rounding_energy >= -1e-12 && rounded.curl_energy >= 0.0, "{name}");
+        for h in 0..mesh.n_halfedges() {
+            let along = map.uv[crate::engine::mesh::next(h)] - map.uv[h];
+            match map.iso[h] {
+                Iso::None => {}
+                Iso::U => assert!(along.x.abs() < 1e-9 && (map.uv[h].x - map.uv[h].x.round()).abs() < 1e-9, "{name}"),
+                Iso::V => assert!(along.y.abs() < 1e-9 && (map.uv[h].y - map.uv[h].y.round()).abs() < 1e-9, "{name}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn the_map_of_a_cube_is_an_isometry() {
+    let case = case("cube", 600.0);
+    let (_, _, map) = map(&case);
+    let m = measure_map(&case.surface.mesh, &case.frames, &map, case.scale);
+    assert_eq!(m.flipped, 0);
+    assert!((m.grid_area - 600.0).abs() < 1e-6 && m.arap_mean < 1e-12, "{m:?}");
+}
+
+/// The rounding energy of the period matrix is the increase of the Poisson energy, computed from the maps themselves.
+#[test]
+fn the_period_matrix_predicts_the_energy_of_the_rounded_map() {
+    let case = case("genus2", 500.0);
+    let mesh = &case.surface.mesh;
+    let (system, rounded, map) = map(&case);
+    let energy = |uv: &[glam::DVec2], scale: f64| {
+        let (mut sum, mut norm) = (0.0, 0.0);
+        for f in 0..mesh.n_faces() {
+            let (du, dv) = gradients(mesh, &case.frames, uv, f);
+            let x = glam::DVec2::from_angle(system.direction()[f]) * scale;
+            sum += mesh.area(f) * ((du - x).length_squared() + (dv - x.perp()).length_squared());
+            norm += mesh.area(f) * scale * scale;
+        }
+        sum / norm
+    };
+    let seamless = energy(&system.seamless_corners(), 1.0);
+    let integral = energy(&map.uv, case.scale);
+    assert!((seamless - rounded.curl_energy).abs() < 1e-8, "{seamless} {}", rounded.curl_energy);
+    assert!((integral - seamless - rounded.rounding_energy).abs() < 1e-8, "{integral} {seamless} {rounded:?}");
+}

@@ -1,0 +1,20 @@
+//! Optimisation of the positions of a quad draft on its surface.
+//!
+//! Vertices walk over the triangles ([`sheet`]) or slide along feature curves ([`curves`], [`chains`]); folded quads
+//! are turned right side up first ([`untangle`]), then all are relaxed towards squares ([`relax`]), every single step
+//! guarded by the quality of the quads it touches.
+
+mod chains;
+mod curves;
+mod incidence;
+mod relax;
+mod sequence;
+mod shape;
+mod sheet;
+mod state;
+mod untangle;
+
+#[cfg(test)]
+mod tests;
+
+pub use sequence::{OptimiseOptions, optimise};

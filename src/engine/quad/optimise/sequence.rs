@@ -1,0 +1,110 @@
+//! The order of the steps: valid first, then good.
+
+use glam::DVec3;
+
+use crate::engine::mesh::Surface;
+use crate::engine::mesh::SurfaceIndex;
+use crate::engine::quad::Anchor;
+use crate::engine::quad::QuadDraft;
+use crate::engine::quad::optimise::curves::trace_curves;
+use crate::engine::quad::optimise::incidence::counted_edges;
+use crate::engine::quad::optimise::relax::relax;
+use crate::engine::quad::optimise::shape::area_vector;
+use crate::engine::quad::optimise::sheet::Sheet;
+use crate::engine::quad::optimise::state::State;
+use crate::engine::quad::optimise::untangle::lift_worst;
+use crate::engine::quad::optimise::untangle::untangle;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+
+/// Rounds of averaging of the wanted sizes over neighbouring quads.
+const SIZE_ROUNDS: usize = 8;
+/// Quads worse than this are lifted one by one in the end.
+const WORST: f64 = 0.4;
+
+/// How the quads are optimised.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OptimiseOptions {
+    /// Most rounds of relaxation; 20 is plenty, 0 only makes the draft valid.
+    pub iterations: usize,
+    /// Target edge length h in model units. Quads near it are drawn to it; where the draft's are much larger or
+    /// smaller, they keep their size.
+    pub edge_length: f64,
+}
+
+/// Moves the vertices of a draft over the surface until its quads are valid and then good; quads and anchors stay.
+///
+/// Afterwards every vertex of a surface anchor lies in a triangle of the surface, every vertex of a curve anchor on a
+/// feature curve or the boundary, in the order of its chain, and every corner exactly on its surface vertex. No quad
+/// gets worse than it was or than 0.3 (scaled Jacobian), whichever is less. A draft whose parts do not fit together
+/// (indices or lengths) is returned as it is. O(n) per round after one sparse factorisation.
+///
+/// # Errors
+/// [`Cancelled`] if the run was asked to stop.
+pub fn optimise(
+    ctx: &RunContext,
+    surface: &Surface,
+    index: &SurfaceIndex,
+    mut draft: QuadDraft,
+    options: &OptimiseOptions,
+) -> Result<QuadDraft, Cancelled> {
+    let mean = mean_edge(&draft);
+    if !is_sound(surface, &draft) || !(mean > 0.0 && mean.is_finite()) {
+        return Ok(draft);
+    }
+    let target = if options.edge_length > 0.0 && options.edge_length.is_finite() { options.edge_length } else { mean };
+    let sheet = Sheet::new(surface, target.min(mean));
+    let mut state = State::new(&sheet, index, &draft, trace_curves(surface), 0.5 * mean);
+    ctx.check()?;
+    let sizes = wanted_sizes(&state, target);
+    untangle(ctx, &mut state, &sizes)?;
+    lift_worst(ctx, &mut state, 0.05, 24)?;
+    relax(ctx, &mut state, &sizes, options.iterations)?;
+    lift_worst(ctx, &mut state, WORST, if options.iterations > 0 { 8 } else { 0 })?;
+    let positions = state.positions;
+    draft.mesh.positions = positions;
+    Ok(draft)
+}
+
+fn mean_edge(draft: &QuadDraft) -> f64 {
+    let n = draft.mesh.positions.len() as u32;
+    if draft.mesh.quads.is_empty() || draft.mesh.quads.iter().flatten().any(|&v| v >= n) {
+        return 0.0;
+    }
+    let length = |e: [u32; 2]| draft.mesh.positions[e[0] as usize].distance(draft.mesh.positions[e[1] as usize]);
+    let edges = counted_edges(&draft.mesh.quads);
+    edges.iter().map(|e| length(e.0)).sum::<f64>() / edges.len() as f64
+}
+
+fn is_sound(surface: &Surface, draft: &QuadDraft) -> bool {
+    let n = draft.mesh.positions.len();
+    let surface_vertex = |a: &Anchor| !matches!(*a, Anchor::Corner(v) if v as usize >= surface.mesh.n_vertices());
+    surface.mesh.n_faces() > 0
+        && draft.anchors.len() == n
+        && draft.anchors.iter().all(surface_vertex)
+        && draft.mesh.positions.iter().all(|p: &DVec3| p.is_finite())
+        && draft.mesh.quads.iter().flatten().chain(draft.feature_edges.iter().flatten()).all(|&v| (v as usize) < n)
+}
+
+/// Edge length that every quad should have: the target where the draft is near it, its own where it is not, smoothed,
+/// and scaled such that squares of these sizes have the area of the quads.
+fn wanted_sizes(state: &State<'_>, target: f64) -> Vec<f64> {
+    let areas: Vec<f64> = (0..state.quads.len()).map(|q| 0.5 * area_vector(&state.corners(q)).length()).collect();
+    let mut logs: Vec<f64> = areas.iter().map(|a| (a.max(0.0).sqrt() / target).ln().clamp(-2.5, 2.5)).collect();
+    for _ in 0..SIZE_ROUNDS {
+        let mean = |v: usize| {
+            let corners = state.incidence.corners_of(v as u32);
+            corners.iter().map(|&c| logs[c as usize / 4]).sum::<f64>() / corners.len().max(1) as f64
+        };
+        let at_vertices: Vec<f64> = (0..state.positions.len()).map(mean).collect();
+        logs = state.quads.iter().map(|q| 0.25 * q.iter().map(|&v| at_vertices[v as usize]).sum::<f64>()).collect();
+    }
+    let keep = |log: f64| log * (0.3 + log.abs()).min(1.0);
+    let mut sizes: Vec<f64> = logs.into_iter().map(|log| target * keep(log).exp()).collect();
+    let wanted: f64 = sizes.iter().map(|s| s * s).sum();
+    let scale = (areas.iter().sum::<f64>() / wanted).sqrt();
+    if scale > 0.0 && scale.is_finite() {
+        sizes.iter_mut().for_each(|s| *s *= scale);
+    }
+    sizes
+}
