@@ -108,11 +108,25 @@ fn statistics() {
                 fold(&mut model, share, by, seed);
                 let done = sound(&model);
                 let (r, f) = (done.report, done.report.fill);
-                let row = [1, f.is_clean() as usize, squares * 9, done.draft.mesh.quads.len(), irregular(&ideal).0, irregular(&done).0, irregular(&done).1, r.flipped_triangles, f.holes, f.odd_faces];
+                let row = [
+                    1,
+                    f.is_clean() as usize,
+                    squares * 9,
+                    done.draft.mesh.quads.len(),
+                    irregular(&ideal).0,
+                    irregular(&done).0,
+                    irregular(&done).1,
+                    r.flipped_triangles,
+                    f.holes,
+                    f.odd_faces,
+                ];
                 (0..10).for_each(|i| total[i] += row[i]);
             }
         }
-        println!("{share} {by}: runs {} clean {} quads {}->{} irregular {}->{} doublets {} flipped {} holes {} odd {}", total[0], total[1], total[2], total[3], total[4], total[5], total[6], total[7], total[8], total[9]);
+        println!(
+            "{share} {by}: runs {} clean {} quads {}->{} irregular {}->{} doublets {} flipped {} holes {} odd {}",
+            total[0], total[1], total[2], total[3], total[4], total[5], total[6], total[7], total[8], total[9]
+        );
     }
 }
 
