@@ -1,8 +1,17 @@
 //! The engine's only door: a soup and a spec in, quads, map and report out.
 
+mod component;
+mod error;
+mod ladder;
+mod outcome;
+mod remesh;
 mod report;
 mod spec;
+mod working;
 
 pub use crate::engine::certify::QuadReport;
+pub use error::RemeshError;
+pub use outcome::MapOutcome;
+pub use remesh::{Outcome, remesh};
 pub use report::{InputReport, Level, MapReport, Repairs, Report, Singularity};
 pub use spec::{Align, Boundary, FeatureSpec, Method, Optimise, RemeshSpec, Target, WorkingMesh};

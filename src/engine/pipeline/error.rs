@@ -1,0 +1,71 @@
+//! The only error that a caller of the engine sees.
+
+use crate::engine::mesh::condition::ConditionError;
+use crate::engine::run::Blame;
+use crate::engine::run::Cancelled;
+use crate::engine::run::Fault;
+use crate::engine::run::Stage;
+
+/// A run ended without quads.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum RemeshError {
+    /// The input cannot be conditioned.
+    #[error(transparent)]
+    Condition(ConditionError),
+    /// The run was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The target cannot be met: the model has no size to divide by.
+    #[error("a target edge length of {edge_length} asks for about {quads:.0} quads; the limit is {limit:.0}")]
+    TooManyQuads {
+        /// The edge length asked for, model units.
+        edge_length: f64,
+        /// Quads that it amounts to.
+        quads: f64,
+        /// The limit.
+        limit: f64,
+    },
+    /// No level of the ladder gave quads that pass the certificate.
+    #[error("no certified quads were found for component {component}: {cause}")]
+    NoQuads {
+        /// The component, in order of first faces.
+        component: usize,
+        /// What the last level failed on.
+        cause: String,
+    },
+}
+
+impl From<ConditionError> for RemeshError {
+    fn from(e: ConditionError) -> Self {
+        if let ConditionError::Cancelled(c) = e { Self::Cancelled(c) } else { Self::Condition(e) }
+    }
+}
+
+impl RemeshError {
+    /// The stage that failed.
+    pub fn stage(&self) -> Stage {
+        match self {
+            Self::Condition(_) => Stage::Condition,
+            Self::Cancelled(_) | Self::TooManyQuads { .. } => Stage::Refine,
+            Self::NoQuads { .. } => Stage::Certify,
+        }
+    }
+}
+
+impl Blame for RemeshError {
+    fn fault(&self) -> Fault {
+        match self {
+            Self::Condition(e) => e.fault(),
+            Self::Cancelled(_) => Fault::Cancelled,
+            Self::TooManyQuads { .. } => Fault::Limit,
+            Self::NoQuads { .. } => Fault::Unsatisfiable,
+        }
+    }
+
+    fn elements(&self) -> Vec<u64> {
+        match self {
+            Self::Condition(e) => e.elements(),
+            _ => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The ladder of one component: the map first, then roads that need less, until a certificate passes.
+//!
+//! Every candidate goes through the same optimisation and the same certificate. A panic in the map's road is contained:
+//! it costs the component its level, never the run.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::engine::certify::certify;
+use crate::engine::fallback::{fallback_draft, split_draft};
+use crate::engine::mesh::SurfaceIndex;
+use crate::engine::methods::quad_cover::{QuadCoverMap, QuadCoverOptions, quad_cover};
+use crate::engine::pipeline::component::Component;
+use crate::engine::pipeline::report::Level;
+use crate::engine::pipeline::spec::{Align, RemeshSpec};
+use crate::engine::pipeline::working::{Working, working_surface};
+use crate::engine::quad::QuadDraft;
+use crate::engine::quad::extract_quads;
+use crate::engine::quad::{OptimiseOptions, improve_connectivity, optimise};
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+use crate::engine::run::Stage;
+
+/// What became of one component.
+#[derive(Debug)]
+pub(super) struct Solved {
+    pub(super) draft: QuadDraft,
+    pub(super) level: Level,
+    /// The map, also when the quads come from another level.
+    pub(super) map: Option<(Working, QuadCoverMap)>,
+    pub(super) warnings: Vec<String>,
+}
+
+/// One try of the map's road.
+struct Attempt {
+    /// Density relative to the one asked for (quads per area).
+    density: f64,
+    smoothing: f64,
+}
+
+/// Finds certified quads for a component.
+///
+/// # Errors
+/// A stop of the run, or the cause why even the last level failed.
+pub(super) fn climb(
+    ctx: &RunContext,
+    component: &Component,
+    spec: &RemeshSpec,
+) -> Result<Result<Solved, String>, Cancelled> {
+    let index = SurfaceIndex::new(&component.surface.mesh);
+    let mut warnings = Vec::new();
+    let mut kept_map = None;
+    for attempt in attempts(spec) {
+        let result = catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, &attempt)));
+        match result {
+            Ok(Ok((draft, map))) => {
+                let (draft, cause) = finish(ctx, component, &index, draft, Level::L0)?;
+                let Some(cause) = cause else {
+                    return Ok(Ok(Solved { draft, level: Level::L0, map: Some(map), warnings }));
+                };
+                warnings.push(format!("quads of the map were not certified: {cause}"));
+                kept_map.get_or_insert(map);
+            }
+            Ok(Err(Failure::Cancelled(c))) => return Err(c),
+            Ok(Err(Failure::Cause(cause, map))) => {
+                warnings.push(format!("no quads from the map: {cause}"));
+                if let Some(map) = map {
+                    kept_map.get_or_insert(*map);
+                }
+            }
+            Err(_) => warnings.push("no quads from the map: an internal error was contained".to_owned()),
+        }
+        ctx.check()?;
+    }
+    let mut last = String::new();
+    for level in [Level::L3, Level::L4] {
+        let draft = match level {
+            Level::L3 => {
+                ctx.stage(Stage::Fallback, || fallback_draft(ctx, &component.surface, &index, component.quads))?
+            }
+            _ => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
+        };
+        let (draft, cause) = finish(ctx, component, &index, draft, level)?;
+        match cause {
+            None => return Ok(Ok(Solved { draft, level, map: kept_map, warnings })),
+            Some(cause) => {
+                warnings.push(format!("quads of level {level:?} were not certified: {cause}"));
+                last = cause;
+            }
+        }
+    }
+    // The split triangles lie in the surface: what the optimiser made of them is what fails, so leave them alone.
+    let draft = split_draft(&component.surface);
+    let certificate = certify(ctx, &component.surface, &index, &draft.mesh)?;
+    if certificate.certified {
+        return Ok(Ok(Solved { draft, level: Level::L4, map: kept_map, warnings }));
+    }
+    Ok(Err(last))
+}
+
+fn attempts(spec: &RemeshSpec) -> Vec<Attempt> {
+    vec![
+        Attempt { density: 1.0, smoothing: spec.smoothing },
+        Attempt { density: 1.0, smoothing: 0.5 + 0.5 * spec.smoothing },
+        Attempt { density: 1.25, smoothing: spec.smoothing },
+    ]
+}
+
+enum Failure {
+    Cancelled(Cancelled),
+    Cause(String, Option<Box<(Working, QuadCoverMap)>>),
+}
+
+impl From<Cancelled> for Failure {
+    fn from(c: Cancelled) -> Self {
+        Self::Cancelled(c)
+    }
+}
+
+fn by_map(
+    ctx: &RunContext,
+    component: &Component,
+    index: &SurfaceIndex,
+    spec: &RemeshSpec,
+    attempt: &Attempt,
+) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
+    use crate::engine::methods::quad_cover::QuadCoverError;
+    use crate::engine::quad::ExtractError;
+    let edge_length = component.edge_length / attempt.density.sqrt();
+    let working =
+        ctx.stage(Stage::Refine, || working_surface(ctx, &component.surface, index, edge_length, spec.working_mesh))?;
+    let options = QuadCoverOptions {
+        edge_length,
+        quads: spec.adapt_count.then_some(component.quads * attempt.density),
+        smoothing: attempt.smoothing,
+        guided: spec.align == Align::Curvature,
+    };
+    let map = quad_cover(ctx, &working.surface, &options).map_err(|e| match e {
+        QuadCoverError::Cancelled(c) => Failure::Cancelled(c),
+        other => Failure::Cause(other.to_string(), None),
+    })?;
+    let extracted = ctx.stage(Stage::Extract, || {
+        extract_quads(ctx, &working.surface.mesh, &working.surface.features, &map.grid)
+    });
+    match extracted {
+        Ok(extraction) => Ok((working.to_surface(extraction.draft), (working, map))),
+        Err(ExtractError::Cancelled(c)) => Err(Failure::Cancelled(c)),
+        Err(e) => Err(Failure::Cause(e.to_string(), Some(Box::new((working, map))))),
+    }
+}
+
+/// Optimises a draft and asks the certificate; the cause is what it found wrong.
+fn finish(
+    ctx: &RunContext,
+    component: &Component,
+    index: &SurfaceIndex,
+    draft: QuadDraft,
+    level: Level,
+) -> Result<(QuadDraft, Option<String>), Cancelled> {
+    let surface = &component.surface;
+    let draft = ctx.stage(Stage::Optimise, || {
+        let draft =
+            if level == Level::L0 { draft } else { improve_connectivity(ctx, surface, index, draft)? };
+        let options = OptimiseOptions { edge_length: component.edge_length, ..OptimiseOptions::default() };
+        optimise(ctx, surface, index, draft, &options)
+    })?;
+    let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &draft.mesh))?;
+    let cause = certificate.violations.first().map(ToString::to_string);
+    Ok((draft, cause))
+}

@@ -1,0 +1,80 @@
+//! The parameterisation of all components as one.
+
+use glam::DVec3;
+
+use crate::engine::parameterize::GridMap;
+use crate::engine::pipeline::component::Component;
+use crate::engine::pipeline::ladder::Solved;
+use crate::engine::pipeline::report::{MapReport, Singularity};
+
+/// A parameterisation on its working mesh.
+#[derive(Clone, Debug)]
+pub struct MapOutcome {
+    /// Vertices of the working mesh.
+    pub positions: Vec<DVec3>,
+    /// Triangles of the working mesh.
+    pub faces: Vec<[u32; 3]>,
+    /// The map.
+    pub grid: GridMap,
+    /// Grid units per model unit, of the component with the most quads.
+    pub scale: f64,
+    /// Its singularities.
+    pub singularities: Vec<Singularity>,
+    /// Its measures.
+    pub report: MapReport,
+}
+
+/// Joins the maps of the components that have one; `None` if none has.
+pub(super) fn assemble_map(components: &[Component], solved: &[Solved]) -> Option<MapOutcome> {
+    let mut joined = MapOutcome {
+        positions: Vec::new(),
+        faces: Vec::new(),
+        grid: GridMap::default(),
+        scale: 0.0,
+        singularities: Vec::new(),
+        report: MapReport::default(),
+    };
+    let (mut weight, mut largest) = (0.0, 0.0);
+    for (component, solved) in components.iter().zip(solved) {
+        let Some((working, map)) = &solved.map else { continue };
+        let mesh = &working.surface.mesh;
+        let shift = joined.positions.len() as u32;
+        joined.positions.extend_from_slice(mesh.positions());
+        joined.faces.extend(mesh.faces().iter().map(|f| f.map(|v| v + shift)));
+        for s in map.field.singularities() {
+            joined.singularities.push(Singularity {
+                vertex: s.vertex + shift,
+                index_quarters: s.quarters,
+                uv: map.grid.uv[mesh.outgoing(s.vertex)].to_array(),
+            });
+        }
+        joined.grid.uv.extend_from_slice(&map.grid.uv);
+        joined.grid.rotation.extend_from_slice(&map.grid.rotation);
+        joined.grid.translation.extend_from_slice(&map.grid.translation);
+        joined.grid.iso.extend_from_slice(&map.grid.iso);
+        if component.quads > largest {
+            (largest, joined.scale) = (component.quads, map.scale);
+        }
+        let area = mesh.total_area();
+        weight += area;
+        let report = &mut joined.report;
+        report.triangles += mesh.n_faces();
+        report.flipped += map.measures.flipped;
+        report.seam_residual = report.seam_residual.max(map.measures.seam_residual);
+        report.arap_mean += area * map.measures.arap_mean;
+        report.conformal_mean += area * map.measures.conformal_mean;
+        report.curl_energy += area * map.curl_energy;
+        report.rounding_energy += area * map.rounding_energy;
+    }
+    if joined.faces.is_empty() {
+        return None;
+    }
+    let report = &mut joined.report;
+    for mean in
+        [&mut report.arap_mean, &mut report.conformal_mean, &mut report.curl_energy, &mut report.rounding_energy]
+    {
+        *mean /= weight;
+    }
+    report.singularities = joined.singularities.clone();
+    Some(joined)
+}

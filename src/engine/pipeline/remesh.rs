@@ -1,0 +1,154 @@
+//! The list of stages of one run, from a soup to certified quads.
+
+use rayon::prelude::*;
+
+use crate::engine::certify::certify;
+use crate::engine::mesh::Conditioned;
+use crate::engine::mesh::Features;
+use crate::engine::mesh::Surface;
+use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::TriangleSoup;
+use crate::engine::mesh::condition::{ConditionOptions, condition};
+use crate::engine::mesh::feature_detection::{FeatureOptions, detect_features};
+use crate::engine::pipeline::component::{Component, split};
+use crate::engine::pipeline::error::RemeshError;
+use crate::engine::pipeline::ladder::{Solved, climb};
+use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
+use crate::engine::pipeline::report::{InputReport, Level, Repairs, Report};
+use crate::engine::pipeline::spec::{Method, RemeshSpec, Target};
+use crate::engine::quad::QuadDraft;
+use crate::engine::quad::QuadMesh;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+use crate::engine::run::Stage;
+
+/// Everything a run gives.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The quads of all components.
+    pub quads: QuadMesh,
+    /// The parameterisation of the components that have one.
+    pub map: Option<MapOutcome>,
+    /// The conditioned surface, for certifying the quads again after they were written and re-read.
+    pub surface: Surface,
+    /// The report; its certificate is of the quads in memory.
+    pub report: Report,
+}
+
+/// Most quads that an edge length may amount to.
+const MAX_QUADS: f64 = 1e7;
+
+/// Runs the engine on one model.
+///
+/// # Errors
+/// [`RemeshError`]: the input is refused, the run was stopped, or no certified quads were found.
+pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Result<Outcome, RemeshError> {
+    let conditioned = ctx.stage(Stage::Condition, || {
+        let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
+        condition(ctx, soup, &options).map_err(RemeshError::from)
+    })?;
+    ctx.progress(0.05);
+    let edge_length = edge_length(&conditioned, spec)?;
+    let features = ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
+    let Conditioned { mesh, repairs, mut warnings, .. } = conditioned;
+    let surface = Surface { mesh, features };
+    let components = split(&surface, edge_length);
+    let solved = solve(ctx, &components, spec)?;
+    let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
+    warn_of(&solved, &mut warnings);
+    let map = assemble_map(&components, &solved);
+    let mut draft = QuadDraft::default();
+    for s in solved {
+        draft.append(s.draft);
+    }
+    let certificate = ctx.stage(Stage::Certify, || {
+        certify(ctx, &surface, &SurfaceIndex::new(&surface.mesh), &draft.mesh).map_err(RemeshError::from)
+    })?;
+    warnings.extend(certificate.violations.iter().map(ToString::to_string));
+    let topology = surface.mesh.topology();
+    let report = Report {
+        method: match spec.method {
+            Method::QuadCover => "quadcover",
+        },
+        certified: certificate.certified,
+        level: levels.iter().copied().max().unwrap_or(Level::L0),
+        component_levels: levels,
+        input: InputReport {
+            vertices: surface.mesh.n_vertices(),
+            triangles: surface.mesh.n_faces(),
+            components: topology.components,
+            boundaries: topology.boundaries,
+            genus: topology.genus,
+            feature_edges: surface.features.edges.len(),
+            repairs: Repairs { counts: repairs },
+        },
+        quads: certificate.measures,
+        map: map.as_ref().map(|m| m.report.clone()),
+        warnings,
+    };
+    ctx.progress(0.97);
+    Ok(Outcome { quads: draft.mesh, map, surface, report })
+}
+
+fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Result<f64, RemeshError> {
+    let area = conditioned.mesh.total_area();
+    match spec.target {
+        Target::Quads(n) => Ok((area / n.max(1) as f64).sqrt()),
+        Target::EdgeLength(edge_length) => {
+            let quads = area / (edge_length * edge_length);
+            if quads > MAX_QUADS {
+                return Err(RemeshError::TooManyQuads { edge_length, quads, limit: MAX_QUADS });
+            }
+            Ok(edge_length)
+        }
+    }
+}
+
+fn features(conditioned: &Conditioned, soup: &TriangleSoup, spec: &RemeshSpec, edge_length: f64) -> Features {
+    let options = FeatureOptions {
+        angle_degrees: spec.features.angle_degrees,
+        materials: spec.features.materials,
+        explicit: spec.features.edges.clone(),
+        min_length: 2.0 * edge_length,
+    };
+    detect_features(conditioned, soup, &options)
+}
+
+/// Components in parallel, largest first so that the pool is never left waiting for a late large one.
+fn solve(ctx: &RunContext, components: &[Component], spec: &RemeshSpec) -> Result<Vec<Solved>, RemeshError> {
+    let total: f64 = components.iter().map(|c| c.quads).sum();
+    let mut order: Vec<usize> = (0..components.len()).collect();
+    order.sort_by(|&a, &b| components[b].quads.total_cmp(&components[a].quads).then(a.cmp(&b)));
+    let done = std::sync::Mutex::new(0.0);
+    let mut solved: Vec<(usize, Result<Solved, String>)> = order
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|c| {
+            let result = climb(ctx, &components[c], spec)?;
+            if let Ok(mut done) = done.lock() {
+                *done += components[c].quads;
+                ctx.progress(0.05 + 0.9 * *done / total);
+            }
+            Ok((c, result))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    solved.sort_by_key(|(c, _)| *c);
+    solved
+        .into_iter()
+        .map(|(component, result)| result.map_err(|cause| RemeshError::NoQuads { component, cause }))
+        .collect()
+}
+
+/// At most this many warnings of components are listed one by one.
+const MAX_COMPONENT_WARNINGS: usize = 20;
+
+fn warn_of(solved: &[Solved], warnings: &mut Vec<String>) {
+    let mut all = solved.iter().enumerate().flat_map(|(c, s)| s.warnings.iter().map(move |w| (c, w)));
+    for (c, w) in all.by_ref().take(MAX_COMPONENT_WARNINGS) {
+        warnings.push(if solved.len() == 1 { w.clone() } else { format!("component {c}: {w}") });
+    }
+    let more = all.count();
+    if more > 0 {
+        warnings.push(format!("{more} more warnings of components"));
+    }
+}
