@@ -6,7 +6,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::engine::certify::certify;
-use crate::engine::fallback::{fallback_draft, split_draft};
+use crate::engine::fallback::split_draft;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::methods::quad_cover::{QuadCoverMap, QuadCoverOptions, quad_cover};
 use crate::engine::pipeline::component::Component;
@@ -74,9 +74,7 @@ pub(super) fn climb(
     let mut last = String::new();
     for level in [Level::L3, Level::L4] {
         let draft = match level {
-            Level::L3 => {
-                ctx.stage(Stage::Fallback, || fallback_draft(ctx, &component.surface, &index, component.quads))?
-            }
+            Level::L3 => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
             _ => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
         };
         let (draft, cause) = finish(ctx, component, &index, draft, level)?;
@@ -138,9 +136,8 @@ fn by_map(
         QuadCoverError::Cancelled(c) => Failure::Cancelled(c),
         other => Failure::Cause(other.to_string(), None),
     })?;
-    let extracted = ctx.stage(Stage::Extract, || {
-        extract_quads(ctx, &working.surface.mesh, &working.surface.features, &map.grid)
-    });
+    let extracted =
+        ctx.stage(Stage::Extract, || extract_quads(ctx, &working.surface.mesh, &working.surface.features, &map.grid));
     match extracted {
         Ok(extraction) => Ok((working.to_surface(extraction.draft), (working, map))),
         Err(ExtractError::Cancelled(c)) => Err(Failure::Cancelled(c)),
@@ -158,8 +155,7 @@ fn finish(
 ) -> Result<(QuadDraft, Option<String>), Cancelled> {
     let surface = &component.surface;
     let draft = ctx.stage(Stage::Optimise, || {
-        let draft =
-            if level == Level::L0 { draft } else { improve_connectivity(ctx, surface, index, draft)? };
+        let draft = if level == Level::L0 { draft } else { improve_connectivity(ctx, surface, index, draft)? };
         let options = OptimiseOptions { edge_length: component.edge_length, ..OptimiseOptions::default() };
         optimise(ctx, surface, index, draft, &options)
     })?;

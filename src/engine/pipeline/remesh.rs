@@ -49,7 +49,8 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     })?;
     ctx.progress(0.05);
     let edge_length = edge_length(&conditioned, spec)?;
-    let features = ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
+    let features =
+        ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let Conditioned { mesh, repairs, mut warnings, .. } = conditioned;
     let surface = Surface { mesh, features };
     let components = split(&surface, edge_length);

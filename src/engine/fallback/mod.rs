@@ -1,0 +1,5 @@
+//! Quads without a map.
+
+mod split;
+
+pub use split::split_draft;
