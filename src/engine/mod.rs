@@ -9,6 +9,7 @@
 //! the same doors and share one extractor, one certificate and one report. `tests/architecture.rs` holds the plan.
 
 pub mod certify;
+pub mod fallback;
 pub mod field;
 pub mod mesh;
 pub mod methods;

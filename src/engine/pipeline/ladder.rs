@@ -14,8 +14,8 @@ use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::spec::{Align, RemeshSpec};
 use crate::engine::pipeline::working::{Working, working_surface};
 use crate::engine::quad::QuadDraft;
-use crate::engine::quad::extract_quads;
-use crate::engine::quad::{OptimiseOptions, improve_connectivity, optimise};
+use crate::engine::quad::extract::extract_quads;
+use crate::engine::quad::{OptimiseOptions, optimise};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
@@ -37,6 +37,9 @@ struct Attempt {
     smoothing: f64,
 }
 
+/// Sweeps of the optimiser.
+const OPTIMISE_ITERATIONS: usize = 20;
+
 /// Finds certified quads for a component.
 ///
 /// # Errors
@@ -53,7 +56,7 @@ pub(super) fn climb(
         let result = catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, &attempt)));
         match result {
             Ok(Ok((draft, map))) => {
-                let (draft, cause) = finish(ctx, component, &index, draft, Level::L0)?;
+                let (draft, cause) = finish(ctx, component, &index, draft)?;
                 let Some(cause) = cause else {
                     return Ok(Ok(Solved { draft, level: Level::L0, map: Some(map), warnings }));
                 };
@@ -77,7 +80,7 @@ pub(super) fn climb(
             Level::L3 => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
             _ => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
         };
-        let (draft, cause) = finish(ctx, component, &index, draft, level)?;
+        let (draft, cause) = finish(ctx, component, &index, draft)?;
         match cause {
             None => return Ok(Ok(Solved { draft, level, map: kept_map, warnings })),
             Some(cause) => {
@@ -122,7 +125,7 @@ fn by_map(
     attempt: &Attempt,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
     use crate::engine::methods::quad_cover::QuadCoverError;
-    use crate::engine::quad::ExtractError;
+    use crate::engine::quad::extract::ExtractError;
     let edge_length = component.edge_length / attempt.density.sqrt();
     let working =
         ctx.stage(Stage::Refine, || working_surface(ctx, &component.surface, index, edge_length, spec.working_mesh))?;
@@ -151,12 +154,10 @@ fn finish(
     component: &Component,
     index: &SurfaceIndex,
     draft: QuadDraft,
-    level: Level,
 ) -> Result<(QuadDraft, Option<String>), Cancelled> {
     let surface = &component.surface;
     let draft = ctx.stage(Stage::Optimise, || {
-        let draft = if level == Level::L0 { draft } else { improve_connectivity(ctx, surface, index, draft)? };
-        let options = OptimiseOptions { edge_length: component.edge_length, ..OptimiseOptions::default() };
+        let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
         optimise(ctx, surface, index, draft, &options)
     })?;
     let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &draft.mesh))?;

@@ -9,7 +9,7 @@ use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
-use crate::engine::mesh::feature_detection::{FeatureOptions, detect_features};
+use crate::engine::mesh::{FeatureOptions, detect_features};
 use crate::engine::pipeline::component::{Component, split};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::ladder::{Solved, climb};
