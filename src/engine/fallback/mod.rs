@@ -1,5 +1,10 @@
-//! Quads without a map.
+//! Quads without a map: what a component gets when nothing better was certified. Always succeeds.
 
-mod split;
+mod draft;
+mod matching;
+mod pair;
+mod subdivide;
+#[cfg(test)]
+mod tests;
 
-pub use split::split_draft;
+pub use draft::{fallback_draft, split_draft};
