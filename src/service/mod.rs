@@ -2,5 +2,7 @@
 
 pub mod config;
 pub mod formats;
+pub mod jobs;
+pub mod store;
 pub mod telemetry;
 pub mod wire;

@@ -48,6 +48,8 @@ pub struct AssetRow {
     pub faces: Option<u64>,
     /// Where the bytes lie.
     pub blob: String,
+    /// Uploaded as an asset, and not only as the mesh of a job.
+    pub pinned: bool,
     /// Milliseconds since 1970.
     pub created_at: i64,
 }
@@ -70,13 +72,14 @@ impl AssetRow {
             vertices: count(row.try_get("vertices")?),
             faces: count(row.try_get("faces")?),
             blob: row.try_get("blob")?,
+            pinned: row.try_get("pinned")?,
             created_at: row.try_get("created_at")?,
         })
     }
 }
 
 impl Store {
-    /// The asset `id`, if it was uploaded as one or a job still uses it.
+    /// The asset `id`, also one that lives only as long as a job uses it.
     pub async fn asset(&self, id: Uuid) -> Result<Option<AssetRow>, StoreError> {
         let row =
             sqlx::query("SELECT * FROM assets WHERE id = ?").bind(id.to_string()).fetch_optional(self.pool()).await?;

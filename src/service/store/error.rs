@@ -1,5 +1,7 @@
 //! Why the store failed.
 
+use crate::service::wire::{Problem, ProblemKind};
+
 /// A failure of the database or of the object store; never the client's fault.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
@@ -36,4 +38,18 @@ pub enum StoreError {
     /// The dispatch queue refused a ticket.
     #[error("the queue failed: {0}")]
     Queue(String),
+}
+
+impl From<StoreError> for Problem {
+    /// The cause goes to the log, not to the client.
+    fn from(error: StoreError) -> Self {
+        tracing::error!(%error, "the store failed");
+        match error {
+            StoreError::Damaged { .. } | StoreError::Unsupported(_) | StoreError::Migration(_) => Problem::internal(),
+            _ => Problem {
+                retry_after: Some(5),
+                ..Problem::new(ProblemKind::StorageUnavailable, "The cause was logged. Try again in a few seconds.")
+            },
+        }
+    }
 }

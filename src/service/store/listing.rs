@@ -1,6 +1,6 @@
 //! Pages of jobs and the line of the waiting ones.
 
-use sqlx::{QueryBuilder, Row, Sqlite};
+use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
 use uuid::Uuid;
 
 use crate::service::store::{JobRow, Store, StoreError};
@@ -53,6 +53,14 @@ impl Store {
         .fetch_one(self.pool())
         .await?;
         Ok(Some(before.unsigned_abs()))
+    }
+
+    /// Number of waiting jobs, inside a transaction.
+    pub async fn waiting(&self, connection: &mut SqliteConnection) -> Result<u64, StoreError> {
+        let n: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM remesh_jobs WHERE status = 'queued'")
+            .fetch_one(connection)
+            .await?;
+        Ok(n.unsigned_abs())
     }
 
     /// Number of jobs per status, statuses without jobs left out.

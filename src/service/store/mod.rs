@@ -5,7 +5,7 @@
 //! Artefacts are written under a key of their attempt first and become visible by one update of the row.
 
 mod artefact;
-mod assets;
+pub(in crate::service) mod assets;
 mod blobs;
 mod clock;
 mod database;
@@ -13,7 +13,7 @@ mod deletion;
 mod error;
 mod events;
 mod job_row;
-mod jobs;
+pub(in crate::service) mod jobs;
 mod listing;
 
 pub use artefact::{Artefact, Artefacts};

@@ -1,0 +1,74 @@
+//! What this process knows about jobs without asking the database: the contexts of running ones, and that a row changed.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::broadcast;
+use uuid::Uuid;
+
+use crate::engine::run::{RunContext, StopReason};
+
+/// Running contexts and a bell. Cheap to clone. Only a shortcut: what another process changes is found by polling.
+#[derive(Clone, Debug)]
+pub struct Live {
+    running: Arc<Mutex<BTreeMap<Uuid, RunContext>>>,
+    bell: broadcast::Sender<Uuid>,
+}
+
+impl Default for Live {
+    fn default() -> Self {
+        Self { running: Arc::default(), bell: broadcast::channel(1024).0 }
+    }
+}
+
+impl Live {
+    fn running(&self) -> MutexGuard<'_, BTreeMap<Uuid, RunContext>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A run of `job` begins; it can be stopped until the answer is dropped.
+    pub fn enter(&self, job: Uuid, context: RunContext) -> Running {
+        self.running().insert(job, context);
+        Running { live: self.clone(), job }
+    }
+
+    /// Stops the run of `job`, if it runs here.
+    pub fn stop(&self, job: Uuid, reason: StopReason) {
+        if let Some(context) = self.running().get(&job) {
+            context.stop(reason);
+        }
+    }
+
+    /// Stops every run.
+    pub fn stop_all(&self, reason: StopReason) {
+        self.running().values().for_each(|context| context.stop(reason));
+    }
+
+    /// Number of runs.
+    pub fn count(&self) -> usize {
+        self.running().len()
+    }
+
+    /// Tells all listeners that the row of `job` changed.
+    pub fn ring(&self, job: Uuid) {
+        let _ = self.bell.send(job);
+    }
+
+    /// Hears of every change from now on; may miss some when it is slow, and then hears that it did.
+    pub fn listen(&self) -> broadcast::Receiver<Uuid> {
+        self.bell.subscribe()
+    }
+}
+
+/// A run in this process; leaving is dropping it.
+#[derive(Debug)]
+pub struct Running {
+    live: Live,
+    job: Uuid,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.live.running().remove(&self.job);
+    }
+}

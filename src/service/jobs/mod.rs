@@ -1,0 +1,25 @@
+//! From an accepted job to its ending: the queue, the worker, progress, cancellation, expiry.
+//!
+//! ```text
+//! Desk::submit ─ row + ticket in one transaction ─► TicketQueue ─► Worker ─► Driver (engine pool) ─► Store::finish
+//!                                                       ▲            │ Recorder: stage, progress, cancel flag
+//!                                                       └─ shutdown: row + new ticket
+//! ```
+
+mod desk;
+mod driver;
+mod engine_pool;
+mod live;
+mod queue;
+mod recorder;
+mod sweep;
+mod worker;
+
+pub use desk::{Accepted, Desk, Order, OrderMesh};
+pub use driver::{Driver, InputFile, Inspection, Made, Products};
+pub use engine_pool::{EnginePool, beside};
+pub use live::{Live, Running};
+pub use queue::{Handler, SqliteQueue, Ticket, TicketQueue};
+pub use sweep::sweep_until;
+pub use worker::Worker;
+pub(in crate::service) use worker::hex;

@@ -1,0 +1,158 @@
+//! Dispatch: tickets that say which job to look at next, behind a trait so that another queue can take its place.
+//!
+//! The rules that make this reliable, each found by breaking it: one ticket per fetch (buffered ones are not kept alive),
+//! a fresh worker name for every start (the old name's locks would count as alive), explicit heartbeats, an interval
+//! poll (an empty fetch parks for ever), the final word about a job in our own table and never in the ticket (the queue
+//! does not limit the attempts of a ticket that was recovered from a dead worker).
+
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+
+use apalis::prelude::{BackendExt, BoxDynError, Data, TaskBuilder, WorkerBuilder, WorkerError};
+use apalis_sqlite::{Config, SqlitePool, SqliteStorage};
+use serde::{Deserialize, Serialize};
+use sqlx::SqliteConnection;
+use tokio_util::sync::CancellationToken;
+use tower::limit::ConcurrencyLimitLayer;
+use uuid::Uuid;
+
+use crate::service::config::JobsConfig;
+use crate::service::store::StoreError;
+
+const QUEUE: &str = "remesh";
+const POLL: Duration = Duration::from_millis(150);
+/// Pause after a worker of the queue died, e.g. because the database was locked for too long.
+const RESTART_PAUSE: Duration = Duration::from_millis(500);
+
+/// Permission to start one attempt of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ticket {
+    /// The job.
+    pub job: Uuid,
+    /// Must equal the ticket in the job's row; an older ticket starts nothing.
+    pub number: Uuid,
+}
+
+/// What is done with a ticket. An error gives the ticket back to the queue.
+pub trait Handler: Send + Sync + 'static {
+    /// Does the work of one ticket.
+    fn handle(&self, ticket: Ticket) -> impl Future<Output = Result<(), StoreError>> + Send;
+}
+
+/// A queue of tickets.
+pub trait TicketQueue: Send + Sync {
+    /// Adds a ticket inside the caller's transaction. Priorities are −100 to 100; higher comes earlier.
+    fn enqueue(
+        &self,
+        connection: &mut SqliteConnection,
+        ticket: Ticket,
+        priority: i32,
+    ) -> impl Future<Output = Result<(), StoreError>> + Send;
+
+    /// Hands tickets to `handler` until `stop`, then waits for those in work.
+    fn work<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) -> impl Future<Output = ()> + Send;
+
+    /// Forgets tickets that were used up.
+    fn tidy(&self) -> impl Future<Output = Result<(), StoreError>> + Send;
+}
+
+/// The queue in the same SQLite file as the jobs.
+#[derive(Clone, Debug)]
+pub struct SqliteQueue {
+    pool: SqlitePool,
+    heartbeat: Duration,
+    missed_heartbeats: usize,
+    concurrency: usize,
+}
+
+impl SqliteQueue {
+    /// Prepares the tables of the queue.
+    pub async fn open(pool: &SqlitePool, config: &JobsConfig) -> Result<Self, StoreError> {
+        SqliteStorage::migrations().run(pool).await?;
+        Ok(Self {
+            pool: pool.clone(),
+            heartbeat: config.heartbeat,
+            missed_heartbeats: config.missed_heartbeats as usize,
+            concurrency: config.workers,
+        })
+    }
+
+    async fn one_worker<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) -> Result<(), WorkerError> {
+        let config = Config::default()
+            .queue(QUEUE)
+            .batch_size(1)
+            .heartbeat_interval(self.heartbeat)
+            .missed_heartbeats(self.missed_heartbeats);
+        let backend = SqliteStorage::<Ticket>::new(&self.pool).with_config(config).poll_with_interval(POLL);
+        let name = format!("quadrille-{}", Uuid::now_v7());
+        WorkerBuilder::new(name.as_str())
+            .backend(backend)
+            .data(Hands(handler))
+            .layer(ConcurrencyLimitLayer::new(self.concurrency))
+            .build(take::<H>)
+            .run_until(async move {
+                stop.cancelled().await;
+                Ok::<(), WorkerError>(())
+            })
+            .await
+    }
+}
+
+struct Hands<H>(Arc<H>);
+
+impl<H> Clone for Hands<H> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+async fn take<H: Handler>(ticket: Ticket, hands: Data<Hands<H>>) -> Result<(), BoxDynError> {
+    let Hands(handler) = &*hands;
+    handler.handle(ticket).await.map_err(|error| {
+        tracing::error!(job.id = %ticket.job, %error, "the ticket goes back to the queue");
+        error.into()
+    })
+}
+
+impl TicketQueue for SqliteQueue {
+    async fn enqueue(
+        &self,
+        connection: &mut SqliteConnection,
+        ticket: Ticket,
+        priority: i32,
+    ) -> Result<(), StoreError> {
+        let payload = serde_json::to_vec(&ticket).map_err(|error| StoreError::Queue(error.to_string()))?;
+        let task = TaskBuilder::new(payload).priority((priority + 100).max(0).unsigned_abs() as usize).build();
+        apalis_sqlite::queries::push_tasks(connection, QUEUE, &[task])
+            .await
+            .map_err(|error| StoreError::Queue(error.to_string()))
+    }
+
+    async fn work<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) {
+        while !stop.is_cancelled() {
+            match self.one_worker(Arc::clone(&handler), stop.clone()).await {
+                Ok(()) if stop.is_cancelled() => return,
+                Ok(()) => tracing::warn!("the worker of the queue ended; starting another one"),
+                Err(error) => tracing::warn!(%error, "the worker of the queue failed; starting another one"),
+            }
+            tokio::time::sleep(RESTART_PAUSE).await;
+        }
+    }
+
+    async fn tidy(&self) -> Result<(), StoreError> {
+        sqlx::query("DELETE FROM Jobs WHERE job_type = ? AND status IN ('Done', 'Killed')")
+            .bind(QUEUE)
+            .execute(&self.pool)
+            .await?;
+        // Locks of tickets point at workers, so only workers without any ticket go.
+        sqlx::query(
+            "DELETE FROM Workers WHERE worker_type = ? AND last_seen < strftime('%s', 'now') - 3600
+             AND NOT EXISTS (SELECT 1 FROM Jobs WHERE lock_by = Workers.id)",
+        )
+        .bind(QUEUE)
+        .execute(&self.pool)
+        .await?;
+        Ok(())
+    }
+}
