@@ -1,7 +1,9 @@
 //! Everything with a socket, a timer or a wire format.
 
+pub mod app;
 pub mod config;
 pub mod formats;
+pub mod http;
 pub mod jobs;
 pub mod store;
 pub mod telemetry;

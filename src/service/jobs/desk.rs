@@ -135,7 +135,8 @@ impl Desk {
         let done = self.store.request_cancel(id, &problem, keep_ms).await?;
         match done {
             Cancelling::Done => {
-                metrics::counter!("quadrille_jobs_finished_total", "status" => JobStatus::Cancelled.name()).increment(1);
+                metrics::counter!("quadrille_jobs_finished_total", "status" => JobStatus::Cancelled.name())
+                    .increment(1);
                 self.live.ring(id);
             }
             Cancelling::Asked => self.live.stop(id, StopReason::Client),

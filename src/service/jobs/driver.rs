@@ -65,7 +65,7 @@ pub trait Driver: Send + Sync + 'static {
     /// Whether an upload can be read at all; `whole` asks to read all of it, otherwise its head is enough.
     fn inspect(&self, input: &InputFile, whole: bool) -> Result<Inspection, Problem>;
 
-    /// The whole run.
+    /// The whole run; also stops it at the deadline of the spec.
     fn run(&self, context: &RunContext, input: &InputFile, spec: &ResolvedSpec) -> Result<Products, Problem>;
 
     /// A square PNG of `size` pixels of the quads that `run` wrote as `quad-mesh.ply`.

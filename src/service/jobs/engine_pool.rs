@@ -45,9 +45,13 @@ impl EnginePool {
 
 /// Short computations beside the runs: reading an upload, drawing a picture. They go to tokio's blocking threads, so
 /// that they need not wait for a run that has all of the engine's threads.
-pub async fn beside<T: Send + 'static>(work: impl FnOnce() -> Result<T, Problem> + Send + 'static) -> Result<T, Problem> {
+pub async fn beside<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
     let span = tracing::Span::current();
-    tokio::task::spawn_blocking(move || span.in_scope(|| guarded(work))).await.unwrap_or_else(|_| Err(Problem::internal()))
+    tokio::task::spawn_blocking(move || span.in_scope(|| guarded(work)))
+        .await
+        .unwrap_or_else(|_| Err(Problem::internal()))
 }
 
 fn guarded<T>(work: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {

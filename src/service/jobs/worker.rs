@@ -1,7 +1,6 @@
 //! What happens to one ticket.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use bytes::Bytes;
 use sha2::{Digest, Sha256};
@@ -98,12 +97,10 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         };
         let done = CancellationToken::new();
         let books = tokio::spawn(books.keep(said, done.clone()));
-        let alarm = tokio::spawn(alarm(context.clone(), Duration::from_secs_f64(spec.options.deadline_s)));
 
         let driver = Arc::clone(&self.driver);
         let made = self.pool.run(move || driver.run(&context, &input, &spec)).await;
 
-        alarm.abort();
         done.cancel();
         let _ = books.await;
         Ok(made)
@@ -153,13 +150,7 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
             artefacts.insert(name.to_owned(), artefact);
         }
         tracing::info!(quads = result.quads, level = result.level.name(), "the job has its result");
-        Ok(Ending {
-            status: JobStatus::Succeeded,
-            result: Some(result),
-            problem: None,
-            artefacts,
-            input: Some(input),
-        })
+        Ok(Ending { status: JobStatus::Succeeded, result: Some(result), problem: None, artefacts, input: Some(input) })
     }
 
     /// An orderly shutdown is not the job's fault: it goes back in line, and the attempt does not count.
@@ -173,11 +164,6 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         tx.commit().await?;
         Ok(())
     }
-}
-
-async fn alarm(context: RunContext, after: Duration) {
-    tokio::time::sleep(after).await;
-    context.stop(StopReason::Deadline);
 }
 
 fn prefix(job: Uuid, attempt: u32) -> String {

@@ -150,7 +150,12 @@ impl Store {
     }
 
     /// Cancels a waiting job at once, or leaves word for the worker of a running one.
-    pub async fn request_cancel(&self, id: Uuid, problem: &ProblemBody, keep_ms: i64) -> Result<Cancelling, StoreError> {
+    pub async fn request_cancel(
+        &self,
+        id: Uuid,
+        problem: &ProblemBody,
+        keep_ms: i64,
+    ) -> Result<Cancelling, StoreError> {
         let now = now_ms();
         let mut tx = self.write().await?;
         let done = sqlx::query(

@@ -65,9 +65,8 @@ impl Store {
 
     /// Number of jobs per status, statuses without jobs left out.
     pub async fn count_jobs(&self) -> Result<Vec<(JobStatus, u64)>, StoreError> {
-        let rows = sqlx::query("SELECT status, COUNT(*) AS n FROM remesh_jobs GROUP BY status")
-            .fetch_all(self.pool())
-            .await?;
+        let rows =
+            sqlx::query("SELECT status, COUNT(*) AS n FROM remesh_jobs GROUP BY status").fetch_all(self.pool()).await?;
         let mut counts = Vec::new();
         for row in &rows {
             let n: i64 = row.try_get("n")?;

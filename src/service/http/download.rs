@@ -1,0 +1,132 @@
+//! Finished files: strong entity tags, conditional requests, byte ranges (RFC 9110).
+
+use std::ops::Range;
+
+use axum::body::Body;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+
+use crate::service::http::extract::text;
+use crate::service::store::Blobs;
+use crate::service::wire::{Problem, ProblemKind};
+
+/// Where the bytes of a download are.
+pub(super) enum Source<'a> {
+    /// In the object store under this key.
+    Blob(&'a Blobs, &'a str),
+    /// Here.
+    Bytes(Bytes),
+}
+
+/// A file to be downloaded.
+pub(super) struct Download<'a> {
+    pub(super) source: Source<'a>,
+    /// Hexadecimal hash of the bytes.
+    pub(super) sha256: &'a str,
+    /// Length of the whole file.
+    pub(super) bytes: u64,
+    pub(super) media_type: &'a str,
+    /// Name that browsers save it under; `None` shows it in place.
+    pub(super) file_name: Option<String>,
+}
+
+impl Download<'_> {
+    /// The answer to a GET with these headers.
+    pub(super) async fn respond(self, request: &HeaderMap) -> Result<Response, Problem> {
+        let etag = format!("\"{}\"", self.sha256);
+        if text(request, "if-none-match").is_some_and(|tags| names(tags, &etag)) {
+            return Ok(self.headed(StatusCode::NOT_MODIFIED, &etag, Body::empty()));
+        }
+        let fresh = text(request, "if-range").is_none_or(|tag| tag == etag);
+        let range = text(request, "range").filter(|_| fresh).and_then(|range| parse_range(range, self.bytes));
+        let (status, range) = match range {
+            None => (StatusCode::OK, 0..self.bytes),
+            Some(Some(range)) => (StatusCode::PARTIAL_CONTENT, range),
+            Some(None) => {
+                let detail = format!("The file has {} bytes.", self.bytes);
+                let mut response = Problem::new(ProblemKind::RangeNotSatisfiable, detail).into_response();
+                insert(&mut response, header::CONTENT_RANGE, &format!("bytes */{}", self.bytes));
+                return Ok(response);
+            }
+        };
+        let body = match &self.source {
+            Source::Blob(blobs, key) => Body::from_stream(blobs.stream(key, range.clone()).await?),
+            Source::Bytes(bytes) => Body::from(bytes.slice(range.start as usize..range.end as usize)),
+        };
+        let mut response = self.headed(status, &etag, body);
+        insert(&mut response, header::CONTENT_LENGTH, &(range.end - range.start).to_string());
+        if status == StatusCode::PARTIAL_CONTENT {
+            let content = format!("bytes {}-{}/{}", range.start, range.end - 1, self.bytes);
+            insert(&mut response, header::CONTENT_RANGE, &content);
+        }
+        Ok(response)
+    }
+
+    fn headed(&self, status: StatusCode, etag: &str, body: Body) -> Response {
+        let mut response = (status, body).into_response();
+        insert(&mut response, header::ETAG, etag);
+        insert(&mut response, header::CONTENT_TYPE, self.media_type);
+        insert(&mut response, header::ACCEPT_RANGES, "bytes");
+        insert(&mut response, header::VARY, "Accept");
+        insert(&mut response, header::CACHE_CONTROL, "private, max-age=3600");
+        if let Some(name) = &self.file_name {
+            insert(&mut response, header::CONTENT_DISPOSITION, &format!("attachment; filename=\"{name}\""));
+        }
+        response
+    }
+}
+
+fn insert(response: &mut Response, name: header::HeaderName, value: &str) {
+    if let Ok(value) = HeaderValue::from_str(value) {
+        response.headers_mut().insert(name, value);
+    }
+}
+
+/// Whether a list of entity tags names this one. If-None-Match compares weakly.
+fn names(tags: &str, etag: &str) -> bool {
+    tags.split(',').map(str::trim).any(|tag| tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == etag)
+}
+
+/// One range of a file of `length` bytes. `None`: not one range of bytes, so the whole file is sent. `Some(None)`: outside
+/// the file.
+fn parse_range(header: &str, length: u64) -> Option<Option<Range<u64>>> {
+    let (first, last) = header.strip_prefix("bytes=")?.trim().split_once('-')?;
+    let range = match (first.trim(), last.trim()) {
+        ("", last) => length.saturating_sub(last.parse().ok()?)..length,
+        (first, "") => first.parse().ok()?..length,
+        (first, last) => {
+            let (first, last): (u64, u64) = (first.parse().ok()?, last.parse().ok()?);
+            if last < first {
+                return None;
+            }
+            first..last.saturating_add(1).min(length)
+        }
+    };
+    Some((range.start < range.end).then_some(range))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_follow_rfc_9110() {
+        assert_eq!(parse_range("bytes=0-3", 10), Some(Some(0..4)));
+        assert_eq!(parse_range("bytes=4-", 10), Some(Some(4..10)));
+        assert_eq!(parse_range("bytes=-3", 10), Some(Some(7..10)));
+        assert_eq!(parse_range("bytes=-30", 10), Some(Some(0..10)));
+        assert_eq!(parse_range("bytes=8-99", 10), Some(Some(8..10)));
+        assert_eq!(parse_range("bytes=10-", 10), Some(None));
+        assert_eq!(parse_range("bytes=-0", 10), Some(None));
+        assert_eq!(parse_range("bytes=3-2", 10), None);
+        assert_eq!(parse_range("bytes=0-1,3-4", 10), None);
+        assert_eq!(parse_range("lines=0-1", 10), None);
+    }
+
+    #[test]
+    fn entity_tags_are_compared_weakly() {
+        assert!(names("\"x\", W/\"a\"", "\"a\"") && names("*", "\"a\""));
+        assert!(!names("\"b\"", "\"a\""));
+    }
+}

@@ -1,0 +1,114 @@
+//! `/v1/methods`: what can be asked for.
+
+use axum::Json;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use utoipa::{PartialSchema, ToSchema};
+
+use crate::service::wire::{MethodName, RemeshRequest};
+
+/// A method.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct MethodBody {
+    /// Value of the field `method` of a spec.
+    name: &'static str,
+    /// In one sentence.
+    summary: &'static str,
+    /// What it cannot do in this version.
+    cannot: Vec<&'static str>,
+    /// JSON Schema of the spec.
+    parameters: Value,
+    /// The spec when nothing is said.
+    defaults: RemeshRequest,
+}
+
+/// All methods.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct MethodList {
+    /// The methods.
+    methods: Vec<MethodBody>,
+}
+
+/// Lists the methods with their parameters, defaults, and what each one cannot do.
+#[utoipa::path(get, path = "/v1/methods", tag = "about", operation_id = "list_methods",
+    responses((status = 200, description = "The methods", body = MethodList)))]
+pub(super) async fn list_methods() -> Json<MethodList> {
+    Json(MethodList {
+        methods: vec![MethodBody {
+            name: MethodName::Quadcover.name(),
+            summary: "A smooth cross field along principal curvatures, integrated on a branched covering and rounded to \
+                      an integer-grid map, whose grid lines are the quads.",
+            cannot: vec![
+                "quads of varying size (adaptive_size, density_from_vertex_colour)",
+                "exact mirror symmetry (symmetry)",
+                "quad-dominant meshes (output)",
+                "carry materials, colours, texture coordinates or skin weights to the quads (preserve)",
+                "find sharp edges by split vertex normals (features.normals)",
+                "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
+            ],
+            parameters: spec_schema(),
+            defaults: RemeshRequest::default(),
+        }],
+    })
+}
+
+/// The schema of the spec on its own, with everything it refers to under `$defs`.
+fn spec_schema() -> Value {
+    let mut parts = Vec::new();
+    RemeshRequest::schemas(&mut parts);
+    let definitions: Map<String, Value> = parts.into_iter().map(|(name, schema)| (name, json!(schema))).collect();
+    let mut schema = json!(RemeshRequest::schema());
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
+    schema["$defs"] = definitions.into();
+    relocate(&mut schema);
+    schema
+}
+
+/// Points references at `$defs` instead of the components of an OpenAPI document.
+fn relocate(value: &mut Value) {
+    match value {
+        Value::Object(members) => {
+            for (name, member) in members.iter_mut() {
+                match member {
+                    Value::String(target) if name == "$ref" => {
+                        *target = target.replace("#/components/schemas/", "#/$defs/");
+                    }
+                    _ => relocate(member),
+                }
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(relocate),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn references(value: &Value, found: &mut Vec<String>) {
+        match value {
+            Value::Object(members) => {
+                found.extend(members.get("$ref").and_then(Value::as_str).map(str::to_owned));
+                members.values().for_each(|member| references(member, found));
+            }
+            Value::Array(items) => items.iter().for_each(|item| references(item, found)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn the_schema_of_the_spec_stands_on_its_own() {
+        let schema = spec_schema();
+        let mut found = Vec::new();
+        references(&schema, &mut found);
+        assert!(!found.is_empty());
+        for reference in found {
+            assert!(schema.pointer(reference.trim_start_matches('#')).is_some(), "{reference}");
+        }
+        let properties = schema["properties"].as_object().unwrap();
+        for field in json!(RemeshRequest::default()).as_object().unwrap().keys() {
+            assert!(properties.contains_key(field), "{field}");
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! What handlers share.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
+
+use crate::service::jobs::{Desk, Driver};
+
+/// What handlers share. Cheap to clone.
+#[derive(Clone)]
+pub struct HttpState {
+    /// Accepts, cancels, deletes; holds the store.
+    pub desk: Desk,
+    /// Reads uploads, draws pictures.
+    pub driver: Arc<dyn Driver>,
+    /// Folder of uploads on their way in.
+    pub uploads: PathBuf,
+    /// Uploads that may be read at the same time: each may need many times its size.
+    pub readers: Arc<Semaphore>,
+    /// The process is stopping: endless answers end.
+    pub stop: CancellationToken,
+}
+
+impl std::fmt::Debug for HttpState {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("HttpState").field("uploads", &self.uploads).finish_non_exhaustive()
+    }
+}

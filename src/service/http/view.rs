@@ -1,0 +1,64 @@
+//! Rows as clients see them.
+
+use std::time::Duration;
+
+use uuid::Uuid;
+
+use crate::service::http::HttpState;
+use crate::service::http::extract::no_job;
+use crate::service::store::{JobRow, rfc3339};
+use crate::service::wire::{JobBody, Problem, Urls};
+
+/// Longest time until a change by another process is seen.
+const POLL: Duration = Duration::from_secs(1);
+
+/// The job object.
+pub(super) async fn job_body(state: &HttpState, job: JobRow) -> Result<JobBody, Problem> {
+    let queue_position = state.desk.store.queue_position(&job).await?;
+    let id = job.id.to_string();
+    Ok(JobBody {
+        status: job.status,
+        stage: job.stage,
+        progress: f64::from(job.progress) / 1000.0,
+        queue_position,
+        attempt: job.attempt,
+        created_at: rfc3339(job.created_at),
+        started_at: job.started_at.map(rfc3339),
+        finished_at: job.finished_at.map(rfc3339),
+        expires_at: job.expires_at.map(rfc3339),
+        input: job.input,
+        result: job.result,
+        problem: job.problem,
+        tags: job.spec.tags.clone(),
+        spec: job.spec,
+        urls: Urls::of(&id),
+        id,
+    })
+}
+
+/// The row of a job.
+pub(super) async fn job_row(state: &HttpState, id: Uuid) -> Result<JobRow, Problem> {
+    state.desk.store.job(id).await?.ok_or_else(|| no_job(id))
+}
+
+/// The row of a job once it is finished, or when the time is over.
+pub(super) async fn wait_for_job(state: &HttpState, id: Uuid, at_most: Duration) -> Result<JobRow, Problem> {
+    let mut bell = state.desk.live.listen();
+    let deadline = tokio::time::Instant::now() + at_most;
+    loop {
+        let job = job_row(state, id).await?;
+        if job.status.is_final() || tokio::time::Instant::now() >= deadline || state.stop.is_cancelled() {
+            return Ok(job);
+        }
+        let next_look = (tokio::time::Instant::now() + POLL).min(deadline);
+        let changed = async {
+            // Whoever listens too slowly looks, too.
+            while bell.recv().await.is_ok_and(|changed| changed != id) {}
+        };
+        tokio::select! {
+            () = changed => {}
+            () = state.stop.cancelled() => {}
+            () = tokio::time::sleep_until(next_look) => {}
+        }
+    }
+}
