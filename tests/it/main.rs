@@ -1,0 +1,12 @@
+//! The service from outside, over real sockets. `scripted` stands in for the geometry where a test is about the life of
+//! jobs; every other test runs the real thing.
+
+mod child;
+mod client;
+mod crashes;
+mod files;
+mod life;
+mod refusals;
+mod routes;
+mod scripted;
+mod server;
