@@ -10,13 +10,13 @@ use crate::server::{Server, config};
 const FOLDER: &str = "QUADRILLE_TEST_CHILD_FOLDER";
 const READY: &str = "child listens on ";
 
-pub struct ChildServer {
+pub(crate) struct ChildServer {
     process: Child,
-    pub client: Client,
+    pub(crate) client: Client,
 }
 
 impl ChildServer {
-    pub fn start(folder: &Path) -> Self {
+    pub(crate) fn start(folder: &Path) -> Self {
         let mut process = Command::new(std::env::current_exe().expect("this binary"))
             .args(["--exact", "child::a_scripted_server_when_started_as_a_child", "--nocapture", "--test-threads=1"])
             .env(FOLDER, folder)
@@ -31,13 +31,13 @@ impl ChildServer {
     }
 
     /// SIGKILL.
-    pub fn kill(mut self) {
+    pub(crate) fn kill(mut self) {
         self.process.kill().expect("the child can be killed");
         self.process.wait().expect("the child is gone");
     }
 
     /// Waits until the child ends on its own.
-    pub fn crashed(mut self) {
+    pub(crate) fn crashed(mut self) {
         let status = self.process.wait().expect("the child is gone");
         assert!(!status.success());
     }

@@ -7,48 +7,48 @@ use reqwest::{Method, RequestBuilder, Response, StatusCode};
 use serde_json::Value;
 
 /// Longest time that any test waits for anything.
-pub const PATIENCE: Duration = Duration::from_secs(120);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(120);
 
-pub struct Client {
+pub(crate) struct Client {
     base: String,
     http: reqwest::Client,
 }
 
 /// One event of a stream.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Event {
-    pub id: u64,
-    pub kind: String,
-    pub data: Value,
+pub(crate) struct Event {
+    pub(crate) id: u64,
+    pub(crate) kind: String,
+    pub(crate) data: Value,
 }
 
 impl Client {
-    pub fn new(base: String) -> Self {
+    pub(crate) fn new(base: String) -> Self {
         let http = reqwest::Client::builder().timeout(PATIENCE).build().expect("a client");
         Self { base, http }
     }
 
-    pub fn base(&self) -> &str {
+    pub(crate) fn base(&self) -> &str {
         &self.base
     }
 
-    pub fn request(&self, method: Method, path: &str) -> RequestBuilder {
+    pub(crate) fn request(&self, method: Method, path: &str) -> RequestBuilder {
         self.http.request(method, format!("{}{path}", self.base))
     }
 
-    pub async fn get(&self, path: &str) -> Response {
+    pub(crate) async fn get(&self, path: &str) -> Response {
         self.request(Method::GET, path).send().await.expect("an answer")
     }
 
-    pub async fn post(&self, path: &str) -> Response {
+    pub(crate) async fn post(&self, path: &str) -> Response {
         self.request(Method::POST, path).send().await.expect("an answer")
     }
 
-    pub async fn delete(&self, path: &str) -> Response {
+    pub(crate) async fn delete(&self, path: &str) -> Response {
         self.request(Method::DELETE, path).send().await.expect("an answer")
     }
 
-    pub fn submission(&self, name: &str, mesh: &[u8], spec: &Value) -> RequestBuilder {
+    pub(crate) fn submission(&self, name: &str, mesh: &[u8], spec: &Value) -> RequestBuilder {
         let form = Form::new()
             .part("spec", Part::text(spec.to_string()))
             .part("mesh", Part::bytes(mesh.to_vec()).file_name(name.to_owned()));
@@ -56,7 +56,7 @@ impl Client {
     }
 
     /// Submits a mesh that must be accepted; the job object.
-    pub async fn submit(&self, name: &str, mesh: &[u8], spec: &Value) -> Value {
+    pub(crate) async fn submit(&self, name: &str, mesh: &[u8], spec: &Value) -> Value {
         let response = self.submission(name, mesh, spec).send().await.expect("an answer");
         let location = response.headers().get("location").cloned();
         let (status, job) = json(response).await;
@@ -66,7 +66,7 @@ impl Client {
     }
 
     /// The job once `wanted` holds.
-    pub async fn until(&self, job: &Value, wanted: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) async fn until(&self, job: &Value, wanted: impl Fn(&Value) -> bool) -> Value {
         let path = job["urls"]["self"].as_str().expect("a job");
         let begun = Instant::now();
         loop {
@@ -80,16 +80,16 @@ impl Client {
         }
     }
 
-    pub async fn finished(&self, job: &Value) -> Value {
+    pub(crate) async fn finished(&self, job: &Value) -> Value {
         self.until(job, |job| !matches!(job["status"].as_str(), Some("queued" | "running"))).await
     }
 
-    pub async fn running(&self, job: &Value) -> Value {
+    pub(crate) async fn running(&self, job: &Value) -> Value {
         self.until(job, |job| job["status"] == "running").await
     }
 
     /// All events after `last`, to the end of the stream.
-    pub async fn events(&self, job: &Value, last: Option<u64>) -> Vec<Event> {
+    pub(crate) async fn events(&self, job: &Value, last: Option<u64>) -> Vec<Event> {
         let mut request = self.request(Method::GET, job["urls"]["events"].as_str().expect("a job"));
         if let Some(last) = last {
             request = request.header("Last-Event-ID", last.to_string());
@@ -104,7 +104,7 @@ impl Client {
 }
 
 /// Status and JSON body. Everything that is not a success must be a problem.
-pub async fn json(response: Response) -> (StatusCode, Value) {
+pub(crate) async fn json(response: Response) -> (StatusCode, Value) {
     let status = response.status();
     let media_type = response.headers().get("content-type").cloned();
     let text = response.text().await.expect("a body");
@@ -120,7 +120,7 @@ pub async fn json(response: Response) -> (StatusCode, Value) {
 }
 
 /// Asserts that an answer is the problem `slug`, and returns it.
-pub async fn problem(response: Response, status: u16, slug: &str) -> Value {
+pub(crate) async fn problem(response: Response, status: u16, slug: &str) -> Value {
     let (actual, body) = json(response).await;
     assert_eq!(
         (actual.as_u16(), body["type"].as_str()),

@@ -9,7 +9,7 @@ use quadrille::service::wire::{Problem, ProblemKind, ReportBody, ResolvedSpec};
 /// Tags: `slow` runs until it is stopped, `deaf` runs for two seconds and cannot be stopped, `panic`, `abort` (the whole
 /// process), `fail`; anything else succeeds at once.
 #[derive(Clone, Copy, Debug)]
-pub struct Scripted;
+pub(crate) struct Scripted;
 
 impl Driver for Scripted {
     fn inspect(&self, input: &InputFile, _: bool) -> Result<Inspection, Problem> {

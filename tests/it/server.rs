@@ -11,13 +11,13 @@ use tempfile::TempDir;
 use crate::client::Client;
 use crate::scripted::Scripted;
 
-pub struct Server {
+pub(crate) struct Server {
     running: Running,
-    pub client: Client,
+    pub(crate) client: Client,
 }
 
 /// Fast signs of life, so that a dead worker is found within seconds.
-pub fn config(folder: &Path) -> Config {
+pub(crate) fn config(folder: &Path) -> Config {
     let mut config = Config::for_testing(folder);
     config.engine.threads = 2;
     config.jobs.heartbeat = Duration::from_secs(1);
@@ -27,18 +27,18 @@ pub fn config(folder: &Path) -> Config {
 }
 
 impl Server {
-    pub async fn scripted(config: Config) -> Self {
+    pub(crate) async fn scripted(config: Config) -> Self {
         let running = start_with(config, Role::All, Arc::new(Scripted)).await.expect("the server starts");
         Self { client: Client::new(format!("http://{}", running.address())), running }
     }
 
-    pub async fn stop(self) {
+    pub(crate) async fn stop(self) {
         self.running.stop().await;
     }
 }
 
 /// A scripted server on a fresh folder.
-pub async fn scripted() -> (TempDir, Server) {
+pub(crate) async fn scripted() -> (TempDir, Server) {
     let folder = tempfile::tempdir().expect("a folder");
     let server = Server::scripted(config(folder.path())).await;
     (folder, server)

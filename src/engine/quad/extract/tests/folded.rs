@@ -23,7 +23,7 @@ fn sound(model: &Model) -> Extraction {
     assert_eq!((numbers.euler, numbers.boundaries, numbers.components), (topology.euler, topology.boundaries, 1));
     let mut corners = model.features.corners.clone();
     corners.retain(|&v| !done.draft.anchors.contains(&Anchor::Corner(v)));
-    assert_eq!(corners, [], "corners are lost");
+    assert_eq!(corners, [0u32; 0], "corners are lost");
     done
 }
 
