@@ -39,3 +39,28 @@ pub(super) fn write(map: &MapView<'_>) -> Vec<u8> {
     });
     glb_container::write(&json, bin)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::map::tests::with_square;
+    use super::super::read_soup;
+    use super::super::soup_builder::ReadLimits;
+    use super::*;
+
+    #[test]
+    fn every_corner_has_its_own_coordinates() {
+        with_square(|map| {
+            let bytes = write(map);
+            let soup = read_soup(&bytes, None, &ReadLimits::default()).unwrap();
+            assert_eq!(soup.polygons().collect::<Vec<_>>(), [[0, 1, 2], [3, 4, 5]]);
+            let corners = map.faces.iter().flatten().map(|&v| map.positions[v as usize].as_vec3().as_dvec3());
+            assert!(soup.positions.iter().copied().eq(corners));
+            let uv = glb_container::open(&bytes).unwrap().bin.unwrap()[72..].as_chunks::<8>().0;
+            for (bytes, uv) in uv.iter().zip(&map.grid.uv) {
+                let [a, b, c, d, e, f, g, h] = *bytes;
+                let (u, v) = (f32::from_le_bytes([a, b, c, d]), f32::from_le_bytes([e, f, g, h]));
+                assert_eq!((f64::from(u), 1.0 - f64::from(v)), (uv.x, uv.y));
+            }
+        });
+    }
+}

@@ -1,9 +1,11 @@
 //! Files: bytes to a triangle soup, quads and maps to bytes. No file and no socket is touched here, and nothing is
 //! ever read but the bytes given.
 
+mod archive;
 mod error;
 mod format;
 mod glb_container;
+mod gltf;
 mod map;
 mod map_glb;
 mod map_json;
@@ -25,3 +27,6 @@ pub use map::{MapView, write_map};
 pub use quads::{read_quads, write_quads};
 pub use read::read_soup;
 pub use soup_builder::ReadLimits;
+
+#[cfg(test)]
+mod tests;

@@ -59,3 +59,32 @@ pub(super) fn push_positions(bin: &mut Vec<u8>, positions: impl Iterator<Item = 
     }
     [low, high]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::format::QuadFormat;
+    use super::super::quads::tests::cube;
+    use super::super::{read_quads, write_quads};
+    use super::*;
+
+    #[test]
+    fn quads_come_back_but_for_their_first_corner() {
+        let mesh = cube(4);
+        let back = read_quads(&write_quads(&mesh, QuadFormat::Glb), QuadFormat::Glb).unwrap();
+        let rounded: Vec<_> = mesh.positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
+        assert_eq!(back.positions, rounded);
+        // Near 12345 single precision has steps of a thousandth: no two vertices may have become one.
+        assert_eq!(back.quads.len(), mesh.quads.len());
+        for (a, b) in mesh.quads.iter().zip(&back.quads) {
+            let turned = (0..4).map(|k| [0, 1, 2, 3].map(|i| a[(i + k) % 4]));
+            assert!(turned.into_iter().any(|turned| turned == *b));
+        }
+    }
+
+    #[test]
+    fn no_quads_are_a_valid_file() {
+        let bytes = write(&QuadMesh::default());
+        let error = read_quads(&bytes, QuadFormat::Glb).unwrap_err().to_string();
+        assert!(error.contains("no polygons"), "{error}");
+    }
+}

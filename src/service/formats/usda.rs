@@ -60,6 +60,7 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, Re
     let mut tokens = Tokens { bytes, at: 0 };
     let mut builder = SoupBuilder::new(limits);
     let (mut mesh, mut previous) = (Prim::default(), [b"".as_slice(), b""]);
+    let mut depth = 0i64;
     while let Some(token) = tokens.next()? {
         match (previous, token) {
             ([_, b"def"], b"Mesh") => std::mem::take(&mut mesh).finish(&mut builder, &tokens)?,
@@ -67,9 +68,14 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, Re
             ([b"faceVertexCounts", b"="], b"[") => mesh.counts = tokens.list(integer)?,
             ([b"faceVertexIndices", b"="], b"[") => mesh.indices = tokens.list(integer)?,
             ([b"xformOpOrder", b"="], b"[") => return Err(tokens.fail("transforms are not supported; bake them")),
+            (_, b"{") => depth += 1,
+            (_, b"}") => depth -= 1,
             _ => {}
         }
         previous = [previous[1], token];
+    }
+    if depth != 0 {
+        return Err(tokens.fail("truncated: the braces do not match"));
     }
     mesh.finish(&mut builder, &tokens)?;
     builder.finish(USDA)
@@ -178,11 +184,11 @@ mod tests {
 
     const SQUARE: &str = "#usda 1.0\n( doc = \"\"\"points = [\n\"\"\" )\ndef Xform \"x\" {\ndef Mesh \"m\" (kind = \"a\") {\n\
         point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1e0, 0), (0, 1, 0)] # points\n\
-        int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n}\n";
+        int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n}\n}\n";
 
     #[test]
     fn several_meshes_are_one_soup() {
-        let text = format!("{SQUARE}{}}}", SQUARE.split_once("{\n").unwrap().1);
+        let text = format!("{SQUARE}{}", SQUARE.split_once('\n').unwrap().1);
         let soup = read(text.as_bytes(), &ReadLimits::default()).unwrap();
         assert_eq!(soup.positions.len(), 8);
         assert_eq!(soup.polygons().collect::<Vec<_>>(), [[0, 1, 2, 3], [4, 5, 6, 7]]);
