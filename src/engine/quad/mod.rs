@@ -2,8 +2,10 @@
 
 pub mod extract;
 pub mod fill;
+pub mod improve;
 pub mod optimise;
 mod quad_mesh;
 
+pub use improve::improve_connectivity;
 pub use optimise::{OptimiseOptions, optimise};
 pub use quad_mesh::{Anchor, QuadDraft, QuadMesh};

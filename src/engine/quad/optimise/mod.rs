@@ -17,4 +17,9 @@ mod untangle;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use sequence::is_sound;
+pub(crate) use sequence::mean_edge;
 pub use sequence::{OptimiseOptions, optimise};
+pub(crate) use shape::area_vector;
+pub(crate) use shape::quality;
+pub(crate) use sheet::Sheet;

@@ -66,7 +66,8 @@ pub fn optimise(
     Ok(draft)
 }
 
-fn mean_edge(draft: &QuadDraft) -> f64 {
+/// Mean edge length of a draft, 0 if it has no quads or indices out of range.
+pub(crate) fn mean_edge(draft: &QuadDraft) -> f64 {
     let n = draft.mesh.positions.len() as u32;
     if draft.mesh.quads.is_empty() || draft.mesh.quads.iter().flatten().any(|&v| v >= n) {
         return 0.0;
@@ -76,7 +77,8 @@ fn mean_edge(draft: &QuadDraft) -> f64 {
     edges.iter().map(|e| length(e.0)).sum::<f64>() / edges.len() as f64
 }
 
-fn is_sound(surface: &Surface, draft: &QuadDraft) -> bool {
+/// Whether the parts of a draft fit together and to the surface.
+pub(crate) fn is_sound(surface: &Surface, draft: &QuadDraft) -> bool {
     let n = draft.mesh.positions.len();
     let surface_vertex = |a: &Anchor| !matches!(*a, Anchor::Corner(v) if v as usize >= surface.mesh.n_vertices());
     surface.mesh.n_faces() > 0

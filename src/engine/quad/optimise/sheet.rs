@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use crate::engine::mesh::Surface;
+use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::closest_on_triangle;
 
 /// Faces looked at without finding a nearer point before a walk ends; enough to go round a vertex of a noisy surface.
@@ -46,6 +47,18 @@ impl<'a> Sheet<'a> {
     /// Whether a face is on the same sheet as something with this normal.
     pub(crate) fn agrees(&self, face: u32, normal: DVec3) -> bool {
         self.normal(face).dot(normal) > SAME_SHEET
+    }
+
+    /// The point of the surface nearest to `p`, or one up to `reach` further away on a sheet that agrees with `normal`
+    /// (zero: any).
+    pub(crate) fn land(&self, index: &SurfaceIndex, p: DVec3, normal: DVec3, reach: f64) -> (u32, DVec3) {
+        let nearest = index.closest(p);
+        let found = if normal == DVec3::ZERO || self.agrees(nearest.face, normal) {
+            nearest
+        } else {
+            index.closest_where(p, nearest.distance + reach, |f| self.agrees(f, normal)).unwrap_or(nearest)
+        };
+        (found.face, found.position)
     }
 
     /// The point nearest to `p` that a walk from face `from` finds: it goes on as long as it comes nearer, and stays

@@ -87,7 +87,7 @@ impl<'a> State<'a> {
                     return None;
                 }
                 let own: DVec3 = corners.iter().map(|&c| normal(c as usize / 4)).sum();
-                Some(land(sheet, index, positions[v], own.normalize_or_zero(), reach))
+                Some(sheet.land(index, positions[v], own.normalize_or_zero(), reach))
             })
             .collect();
         for (v, landed) in landed.into_iter().enumerate() {
@@ -115,7 +115,7 @@ impl<'a> State<'a> {
                     Place::Sheet(face) => Some(face),
                     _ => None,
                 });
-                on_sheet.unwrap_or_else(|| land(sheet, index, centre(&p), area_vector(&p).normalize_or_zero(), reach).0)
+                on_sheet.unwrap_or_else(|| sheet.land(index, centre(&p), area_vector(&p).normalize_or_zero(), reach).0)
             })
             .collect();
         state.look_beneath();
@@ -227,15 +227,4 @@ impl<'a> State<'a> {
         self.incidence.colours = colours;
         moved
     }
-}
-
-/// The point of the surface nearest to `p`, or a little further away one on the sheet that agrees with `normal`.
-fn land(sheet: &Sheet<'_>, index: &SurfaceIndex, p: DVec3, normal: DVec3, reach: f64) -> (u32, DVec3) {
-    let nearest = index.closest(p);
-    let found = if normal == DVec3::ZERO || sheet.agrees(nearest.face, normal) {
-        nearest
-    } else {
-        index.closest_where(p, nearest.distance + reach, |f| sheet.agrees(f, normal)).unwrap_or(nearest)
-    };
-    (found.face, found.position)
 }

@@ -1,0 +1,12 @@
+//! Making the connectivity of a quad draft more regular.
+
+mod net;
+mod operations;
+mod sequence;
+mod shaping;
+mod valence;
+
+#[cfg(test)]
+mod tests;
+
+pub use sequence::improve_connectivity;

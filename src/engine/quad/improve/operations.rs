@@ -1,0 +1,69 @@
+//! The changes that are tried: rotation of an edge, shrinking of a diagonal, removal of a doublet.
+
+use crate::engine::quad::improve::net::Change;
+use crate::engine::quad::improve::net::DEAD;
+use crate::engine::quad::improve::net::QuadNet;
+
+/// Turns the edge `a`–`b` in the hexagon of its two quads, counter-clockwise or clockwise.
+pub(crate) fn rotation(net: &QuadNet, a: u32, b: u32, clockwise: bool) -> Option<Change> {
+    if net.is_feature(a, b) {
+        return None;
+    }
+    let (left, right) = (net.left_of(a, b)?, net.left_of(b, a)?);
+    if left == right {
+        return None;
+    }
+    let of = |slot: u32, v: u32, k: usize| net.quads[slot as usize][(net.corner(slot, v) + k) % 4];
+    // The hexagon counter-clockwise: a, two of the right quad, b, two of the left quad.
+    let ring = [a, of(right, a, 1), of(right, a, 2), b, of(left, b, 1), of(left, b, 2)];
+    let s = if clockwise { 5 } else { 1 };
+    let at = |k: usize| ring[(s + k) % 6];
+    Some(vec![(right, [at(0), at(1), at(2), at(3)]), (left, [at(3), at(4), at(5), at(0)])])
+}
+
+/// Shrinks the diagonal of the quad in `slot` from its corner `k`: the vertex that is free to go moves into the other.
+pub(crate) fn collapse(net: &QuadNet, slot: u32, k: usize) -> Option<Change> {
+    let quad = net.quads[slot as usize];
+    let (kept, gone) = if net.is_free(quad[(k + 2) % 4]) {
+        (quad[k], quad[(k + 2) % 4])
+    } else if net.is_free(quad[k]) {
+        (quad[(k + 2) % 4], quad[k])
+    } else {
+        return None;
+    };
+    let renamed = |q: u32| net.quads[q as usize].map(|v| if v == gone { kept } else { v });
+    let contents = |q: u32| if q == slot { DEAD } else { renamed(q) };
+    Some(net.at[gone as usize].iter().map(|&q| (q, contents(q))).collect())
+}
+
+/// Removes `v`, which has two quads only, by making them one.
+pub(crate) fn doublet(net: &QuadNet, v: u32) -> Option<Change> {
+    let [p, q] = net.at[v as usize][..] else { return None };
+    let fan = net.fan(v)?;
+    if !net.is_free(v) || !fan.closed {
+        return None;
+    }
+    let across = |slot: u32| net.quads[slot as usize][(net.corner(slot, v) + 2) % 4];
+    let (first, second) = (fan.quads[0], fan.quads[1]);
+    let merged = [fan.spokes[0], across(first), fan.spokes[1], across(second)];
+    Some(vec![(p, merged), (q, DEAD)])
+}
+
+/// Everything that can be tried close to `v`, in a fixed order.
+pub(crate) fn candidates(net: &QuadNet, v: u32) -> Vec<Change> {
+    let mut changes = Vec::new();
+    changes.extend(doublet(net, v));
+    let mut edges: Vec<[u32; 2]> = Vec::new();
+    for &slot in &net.at[v as usize] {
+        let quad = net.quads[slot as usize];
+        let k = net.corner(slot, v);
+        changes.extend([collapse(net, slot, k), collapse(net, slot, k + 1)].into_iter().flatten());
+        edges.extend((0..4).map(|k| [quad[k].min(quad[(k + 1) % 4]), quad[k].max(quad[(k + 1) % 4])]));
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    for [a, b] in edges {
+        changes.extend([rotation(net, a, b, false), rotation(net, a, b, true)].into_iter().flatten());
+    }
+    changes
+}
