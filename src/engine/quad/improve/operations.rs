@@ -1,5 +1,6 @@
 //! The changes that are tried: rotation of an edge, shrinking of a diagonal, removal of a doublet.
 
+use crate::engine::mesh::NONE;
 use crate::engine::quad::improve::net::Change;
 use crate::engine::quad::improve::net::DEAD;
 use crate::engine::quad::improve::net::QuadNet;
@@ -49,15 +50,16 @@ pub(crate) fn doublet(net: &QuadNet, v: u32) -> Option<Change> {
     Some(vec![(p, merged), (q, DEAD)])
 }
 
-/// Everything that can be tried close to `v`, in a fixed order.
-pub(crate) fn candidates(net: &QuadNet, v: u32) -> Vec<Change> {
-    let mut changes = Vec::new();
-    changes.extend(doublet(net, v));
+/// Everything that can be tried close to the given vertices, in a fixed order and each once.
+pub(crate) fn candidates(net: &QuadNet, vertices: &[u32]) -> Vec<Change> {
+    let mut changes: Vec<Change> = vertices.iter().filter_map(|&v| doublet(net, v)).collect();
+    let mut slots: Vec<u32> = vertices.iter().flat_map(|&v| net.at[v as usize].iter().copied()).collect();
+    slots.sort_unstable();
+    slots.dedup();
     let mut edges: Vec<[u32; 2]> = Vec::new();
-    for &slot in &net.at[v as usize] {
+    for slot in slots {
         let quad = net.quads[slot as usize];
-        let k = net.corner(slot, v);
-        changes.extend([collapse(net, slot, k), collapse(net, slot, k + 1)].into_iter().flatten());
+        changes.extend([collapse(net, slot, 0), collapse(net, slot, 1)].into_iter().flatten());
         edges.extend((0..4).map(|k| [quad[k].min(quad[(k + 1) % 4]), quad[k].max(quad[(k + 1) % 4])]));
     }
     edges.sort_unstable();
@@ -66,4 +68,23 @@ pub(crate) fn candidates(net: &QuadNet, v: u32) -> Vec<Change> {
         changes.extend([rotation(net, a, b, false), rotation(net, a, b, true)].into_iter().flatten());
     }
     changes
+}
+
+/// How many quads each vertex gains by a change that has not been applied, sorted by vertex, without zeros.
+pub(crate) fn valence_shifts(net: &QuadNet, change: &Change) -> Vec<(u32, i32)> {
+    let signed = change.iter().flat_map(|(slot, contents)| {
+        let old = net.quads[*slot as usize].into_iter().map(|v| (v, -1));
+        old.chain(contents.iter().map(|&v| (v, 1)))
+    });
+    let mut all: Vec<(u32, i32)> = signed.filter(|s| s.0 != NONE).collect();
+    all.sort_unstable();
+    let mut shifts: Vec<(u32, i32)> = Vec::new();
+    for (v, shift) in all {
+        match shifts.last_mut() {
+            Some(last) if last.0 == v => last.1 += shift,
+            _ => shifts.push((v, shift)),
+        }
+    }
+    shifts.retain(|s| s.1 != 0);
+    shifts
 }

@@ -9,6 +9,7 @@ use crate::engine::quad::improve::net::Change;
 use crate::engine::quad::improve::net::DEAD;
 use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::improve::operations::candidates;
+use crate::engine::quad::improve::operations::valence_shifts;
 use crate::engine::quad::improve::shaping::Shaping;
 use crate::engine::quad::improve::valence::irregularity;
 use crate::engine::quad::optimise::Sheet;
@@ -48,22 +49,26 @@ pub fn improve_connectivity(
         return Ok(draft);
     }
     let sheet = Sheet::new(surface, mean);
-    let mut work = Work { net: QuadNet::new(&draft), shaping: Shaping::new(&sheet, index, &draft, 0.5 * mean) };
+    let mut work = Work {
+        net: QuadNet::new(&draft),
+        shaping: Shaping::new(&sheet, index, &draft, 0.5 * mean),
+        stale: vec![true; draft.mesh.positions.len()],
+    };
     for pass in 0..PASSES {
-        let mut changed = 0;
+        // After the first pass pairs of changes are tried too, so everything has to be looked at again.
+        if pass == 1 {
+            work.stale.fill(true);
+        }
         for v in 0..work.net.n_vertices() as u32 {
             if v % 64 == 0 {
                 ctx.check()?;
             }
             for _ in 0..REPEATS {
-                if work.cost(v) == 0.0 || !(work.improve_once(v) || pass > 0 && work.improve_twice(v)) {
+                if !std::mem::take(&mut work.stale[v as usize]) || work.cost(v) == 0.0 {
                     break;
                 }
-                changed += 1;
+                let _changed = work.improve_once(v) || pass > 0 && work.improve_twice(v);
             }
-        }
-        if pass > 0 && changed == 0 {
-            break;
         }
     }
     Ok(work.into_draft(draft))
@@ -72,6 +77,8 @@ pub fn improve_connectivity(
 struct Work<'a> {
     net: QuadNet,
     shaping: Shaping<'a>,
+    /// Vertices near which something changed since they were looked at.
+    stale: Vec<bool>,
 }
 
 impl Work<'_> {
@@ -83,24 +90,40 @@ impl Work<'_> {
         vertices.iter().map(|&v| self.cost(v)).sum()
     }
 
-    /// Irregularity that a change adds, if it is possible at all. Leaves everything as it is.
-    fn gain(&mut self, change: &mut Change) -> Option<f64> {
+    /// Irregularity that a change adds, if it is possible at all and adds less than `limit`. Leaves everything as it is.
+    fn gain(&mut self, change: &mut Change, limit: f64) -> Option<f64> {
+        let loss = if change.iter().any(|(_, contents)| *contents == DEAD) { LOSS } else { 0.0 };
+        if self.least_gain(change) + loss >= limit {
+            return None;
+        }
         let touched = self.net.touched(change);
         let before = self.costs(&touched);
-        let loses = change.iter().any(|(_, contents)| *contents == DEAD);
         if !self.net.try_apply(change) {
             return None;
         }
         let after = self.costs(&touched);
         self.net.apply(change);
-        Some(after - before + if loses { LOSS } else { 0.0 })
+        Some(after - before + loss).filter(|&gain| gain < limit)
     }
 
-    /// The possible changes near `v` that add less than `limit`, the best first.
-    fn ranked(&mut self, v: u32, limit: f64) -> Vec<(f64, Change)> {
+    /// A lower bound of what a change adds, from the numbers of quads alone: exact for free vertices.
+    fn least_gain(&self, change: &Change) -> f64 {
+        let gain = |(v, shift): (u32, i32)| {
+            let (n, shift) = (self.net.valence(v) as f64, f64::from(shift));
+            match n + shift {
+                0.0 => -(n - 4.0) * (n - 4.0),
+                after if self.net.is_free(v) => (after - 4.0) * (after - 4.0) - (n - 4.0) * (n - 4.0),
+                _ => -self.cost(v),
+            }
+        };
+        valence_shifts(&self.net, change).into_iter().map(gain).sum()
+    }
+
+    /// The possible changes near vertices that add less than `limit`, the best first.
+    fn ranked(&mut self, vertices: &[u32], limit: f64) -> Vec<(f64, Change)> {
         let mut ranked: Vec<(f64, Change)> = Vec::new();
-        for mut change in candidates(&self.net, v) {
-            if let Some(gain) = self.gain(&mut change).filter(|&g| g < limit) {
+        for mut change in candidates(&self.net, vertices) {
+            if let Some(gain) = self.gain(&mut change, limit) {
                 ranked.push((gain, change));
             }
         }
@@ -109,48 +132,61 @@ impl Work<'_> {
     }
 
     fn improve_once(&mut self, v: u32) -> bool {
-        for (_, mut change) in self.ranked(v, 0.0) {
-            let touched = self.net.touched(&change);
-            let before = self.shaping.least(&self.net, &touched);
-            if self.net.try_apply(&mut change) {
-                if self.shaping.settle(&self.net, &touched, before) {
-                    return true;
-                }
-                self.net.apply(&mut change);
+        for (_, change) in self.ranked(&[v], 0.0) {
+            if self.carry_out(&mut [change]) {
+                return true;
             }
         }
         false
     }
 
     fn improve_twice(&mut self, v: u32) -> bool {
-        for (loan, mut first) in self.ranked(v, LOAN + LOSS + 0.1).into_iter().take(FOLLOWED) {
-            let mut touched = self.net.touched(&first);
-            let before = self.shaping.least(&self.net, &touched);
+        for (loan, mut first) in self.ranked(&[v], LOAN + LOSS + 0.1).into_iter().take(FOLLOWED) {
             if !self.net.try_apply(&mut first) {
                 continue;
             }
-            let mut follow: Option<(f64, Change)> = None;
-            for &w in &touched {
-                if self.net.valence(w) > 0 && self.cost(w) > 0.0 {
-                    let best = follow.as_ref().map_or(-loan - 0.1, |f| f.0);
-                    follow = self.ranked(w, best).into_iter().next().or(follow);
-                }
-            }
-            if let Some((_, mut second)) = follow {
-                let more = self.net.touched(&second);
-                let before = before.min(self.shaping.least(&self.net, &more));
-                touched.extend(more);
-                touched.sort_unstable();
-                touched.dedup();
-                if self.net.try_apply(&mut second) {
-                    if self.shaping.settle(&self.net, &touched, before) {
-                        return true;
-                    }
-                    self.net.apply(&mut second);
-                }
-            }
+            let mut near = self.net.touched(&first);
+            near.retain(|&w| self.net.valence(w) > 0 && self.cost(w) > 0.0);
+            let second = self.ranked(&near, -loan - 0.1).into_iter().next();
             self.net.apply(&mut first);
+            if let Some((_, second)) = second
+                && self.carry_out(&mut [first, second])
+            {
+                return true;
+            }
         }
+        false
+    }
+
+    /// Applies changes one after the other if their quads can then be given a decent shape; all of them or none.
+    fn carry_out(&mut self, changes: &mut [Change]) -> bool {
+        // What a later change touches is known only when the earlier ones are applied, but must be judged as it is now.
+        let mut touched = Vec::new();
+        let mut done = 0;
+        for change in changes.iter_mut() {
+            touched.extend(self.net.touched(change));
+            if !self.net.try_apply(change) {
+                break;
+            }
+            done += 1;
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        let whole = done == changes.len();
+        changes[..done].iter_mut().rev().for_each(|change| self.net.apply(change));
+        if !whole {
+            return false;
+        }
+        let before = self.shaping.least(&self.net, &touched);
+        changes.iter_mut().for_each(|change| self.net.apply(change));
+        if self.shaping.settle(&self.net, &touched, before) {
+            for &v in touched.iter().flat_map(|&v| &self.net.at[v as usize]).flat_map(|&q| &self.net.quads[q as usize])
+            {
+                self.stale[v as usize] = true;
+            }
+            return true;
+        }
+        changes.iter_mut().rev().for_each(|change| self.net.apply(change));
         false
     }
 
