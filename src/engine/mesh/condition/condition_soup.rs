@@ -64,7 +64,16 @@ pub fn condition(
     open_one_sided(&triangles, &mut partner, options, &mut tally)?;
     orient(ctx, &mut triangles.corners, &mut partner, &positions, &mut tally)?;
     ctx.check()?;
-    let mut draft = split_fans(&triangles, &partner, &positions, &mut tally);
+    let n = positions.len();
+    let draft = Draft {
+        positions,
+        origin: (0..n as u32).collect(),
+        moved: vec![false; n],
+        faces: triangles.corners,
+        twin: partner,
+        polygon: triangles.polygon,
+    };
+    let mut draft = split_fans(draft, &mut tally);
     split_double_edges(&mut draft, &mut tally);
     drop_flat_components(&mut draft, &mut tally);
     if draft.faces.is_empty() {

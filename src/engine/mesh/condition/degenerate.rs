@@ -4,8 +4,10 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
+use crate::engine::mesh::NONE;
 use crate::engine::mesh::condition::draft::Draft;
 use crate::engine::mesh::condition::editable::Editable;
+use crate::engine::mesh::condition::fans::split_fans;
 use crate::engine::mesh::condition::patches::components;
 use crate::engine::mesh::condition::tally::Tally;
 use crate::engine::mesh::next;
@@ -95,58 +97,73 @@ pub(super) fn mend(ctx: &RunContext, draft: Draft, tally: &mut Tally) -> Result<
     let mut mender = Mender { mesh: Editable::new(draft), collapsed: 0, flipped: 0, peeled: 0 };
     let mut queue: VecDeque<u32> = thin.into();
     let mut budget = 16 * queue.len() + 1000;
-    let mut stuck = Vec::new();
-    while let Some(f) = queue.pop_front() {
+    while let Some(f) = queue.pop_front().filter(|_| budget > 0) {
         if budget % 1024 == 0 {
             ctx.check()?;
         }
-        if budget == 0 {
-            stuck.push(f);
-            continue;
-        }
         budget -= 1;
-        if !mender.mesh.alive[f as usize] || !is_thin(triangle(&mender.mesh.draft, f), scale(f)) {
-            continue;
-        }
-        match mender.mend_face(f, scale(f)) {
-            Some(touched) => queue.extend(touched),
-            None => stuck.push(f),
+        if mender.mesh.alive[f as usize] && is_thin(triangle(&mender.mesh.draft, f), scale(f)) {
+            queue.extend(mender.mend_face(f, scale(f)).unwrap_or_default());
         }
     }
-    let moved = unstick(&mut mender.mesh, &stuck, &scale);
+    let moved = unstick(&mut mender.mesh, &scale);
+    let stuck = thin_faces(&mender.mesh, &scale);
+    for &f in &stuck {
+        mender.mesh.alive[f as usize] = false;
+    }
     tally.add("edges_collapsed", mender.collapsed);
     tally.add("edges_flipped", mender.flipped);
     tally.add("degenerate_faces_dropped", mender.peeled);
     tally.add("vertices_moved", moved);
-    Ok(mender.mesh.finish())
+    tally.add("degenerate_faces_cut_out", stuck.len());
+    let draft = mender.mesh.finish();
+    Ok(if stuck.is_empty() { draft } else { split_fans(draft, tally) })
 }
 
-/// Moves the corner opposite the longest side of each face away from that side, against the face beyond it.
-fn unstick(mesh: &mut Editable, stuck: &[u32], scale: &impl Fn(u32) -> Scale) -> usize {
-    let mut moved = 0;
-    for &f in stuck {
-        let t = triangle(&mesh.draft, f);
-        if !mesh.alive[f as usize] || !is_thin(t, scale(f)) {
-            continue;
+fn thin_faces(mesh: &Editable, scale: &impl Fn(u32) -> Scale) -> Vec<u32> {
+    let faces = 0..mesh.draft.faces.len() as u32;
+    faces.filter(|&f| mesh.alive[f as usize] && is_thin(triangle(&mesh.draft, f), scale(f))).collect()
+}
+
+/// Moves the corner opposite the longest side of each thin face away from that side, against the face beyond it.
+/// Moves that make neighbours thin are followed by a few more rounds. Returns the number of moves.
+fn unstick(mesh: &mut Editable, scale: &impl Fn(u32) -> Scale) -> usize {
+    let mut moves = 0;
+    for round in 0..4 {
+        let stuck = thin_faces(mesh, scale);
+        for &f in &stuck {
+            let t = triangle(&mesh.draft, f);
+            if is_thin(t, scale(f)) {
+                let step = f64::from(4 << round) * scale(f).least_height.max(LEAST_SHAPE * longest(t));
+                move_off(&mut mesh.draft, f, step);
+                moves += 1;
+            }
         }
-        let k = longest_side(t);
-        let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
-        let along = (b - a).normalize_or_zero();
-        let across = |p: DVec3| (p - a) - along * (p - a).dot(along);
-        let beyond = mesh.draft.twin[3 * f as usize + k];
-        let away = if beyond < u32::MAX {
-            -across(mesh.draft.positions[mesh.draft.start(prev(beyond as usize) as u32) as usize])
-        } else {
-            across(c)
-        };
-        let away = away.try_normalize().unwrap_or_else(|| along.any_orthonormal_vector());
-        let step = 4.0 * scale(f).least_height.max(LEAST_SHAPE * longest(t));
-        let v = mesh.draft.faces[f as usize][(k + 2) % 3] as usize;
-        mesh.draft.positions[v] = c - across(c) + away * step;
-        mesh.draft.moved[v] = true;
-        moved += 1;
+        if stuck.is_empty() {
+            break;
+        }
     }
-    moved
+    moves
+}
+
+/// Puts the corner of `f` opposite its longest side at the height `step` over that side.
+fn move_off(draft: &mut Draft, f: u32, step: f64) {
+    let t = triangle(draft, f);
+    let k = longest_side(t);
+    let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+    let along = (b - a).normalize_or_zero();
+    let across = |p: DVec3| (p - a) - along * (p - a).dot(along);
+    let beyond = draft.twin[3 * f as usize + k];
+    let away = if beyond == NONE {
+        across(c)
+    } else {
+        -across(draft.positions[draft.start(prev(beyond as usize) as u32) as usize])
+    };
+    let away =
+        away.try_normalize().unwrap_or_else(|| along.try_normalize().unwrap_or(DVec3::X).any_orthonormal_vector());
+    let v = draft.faces[f as usize][(k + 2) % 3] as usize;
+    draft.positions[v] = c - across(c) + away * step;
+    draft.moved[v] = true;
 }
 
 fn longest_side([a, b, c]: [DVec3; 3]) -> usize {
@@ -198,8 +215,8 @@ impl Mender {
 
     fn collapse_side(&mut self, h: u32, scale: Scale) -> Option<Vec<u32>> {
         let twin = self.mesh.draft.twin[h as usize];
-        let backwards = if twin < u32::MAX { twin } else { h };
-        for (h, along) in [(h, true), (backwards, twin < u32::MAX)] {
+        let backwards = if twin < NONE { twin } else { h };
+        for (h, along) in [(h, true), (backwards, twin < NONE)] {
             if along && self.mesh.may_collapse(h) && self.collapse_is_harmless(h, scale) {
                 let end = self.mesh.draft.end(h);
                 self.mesh.collapse(h);
@@ -218,7 +235,7 @@ impl Mender {
             .fan(draft.start(h))
             .0
             .into_iter()
-            .filter(|&g| g / 3 != h / 3 && (twin == u32::MAX || g / 3 != twin / 3))
+            .filter(|&g| g / 3 != h / 3 && (twin == NONE || g / 3 != twin / 3))
             .all(|g| {
                 let old = triangle(draft, g / 3);
                 if is_thin(old, scale) {

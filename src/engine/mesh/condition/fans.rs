@@ -2,51 +2,46 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-
 use crate::engine::mesh::NONE;
 use crate::engine::mesh::condition::draft::Draft;
-use crate::engine::mesh::condition::edges::origin;
 use crate::engine::mesh::condition::edges::runs;
 use crate::engine::mesh::condition::edges::sorted_sides;
 use crate::engine::mesh::condition::tally::Tally;
-use crate::engine::mesh::condition::triangulate::Triangles;
 use crate::engine::mesh::condition::weld::find;
 use crate::engine::mesh::condition::weld::join;
 use crate::engine::mesh::next;
 
 /// Gives every fan of faces that hang together around a vertex its own copy of the vertex. The sides must be joined
-/// with opposite senses. Copies follow the order of the vertices and then of their first corners.
-pub(super) fn split_fans(triangles: &Triangles, partner: &[u32], positions: &[DVec3], tally: &mut Tally) -> Draft {
-    let corners = &triangles.corners;
-    let n = 3 * corners.len();
+/// with opposite senses. Copies follow the order of the vertices and then of their first corners; vertices without
+/// faces go.
+pub(super) fn split_fans(draft: Draft, tally: &mut Tally) -> Draft {
+    let n = draft.twin.len();
     let mut fan: Vec<u32> = (0..n as u32).collect();
-    for h in 0..n {
-        if partner[h] != NONE && h < partner[h] as usize {
-            let t = partner[h] as usize;
-            join(&mut fan, h as u32, next(t) as u32);
-            join(&mut fan, next(h) as u32, t as u32);
+    for (h, &t) in draft.twin.iter().enumerate() {
+        if t != NONE && h < t as usize {
+            join(&mut fan, h as u32, next(t as usize) as u32);
+            join(&mut fan, next(h) as u32, t);
         }
     }
     // The root of a fan is its lowest corner.
     let mut roots: Vec<(u32, u32)> =
-        (0..n as u32).filter(|&c| fan[c as usize] == c).map(|c| (origin(corners, c), c)).collect();
+        (0..n as u32).filter(|&c| fan[c as usize] == c).map(|c| (draft.start(c), c)).collect();
     roots.sort_unstable();
     let mut name = vec![NONE; n];
     for (i, &(_, c)) in roots.iter().enumerate() {
         name[c as usize] = i as u32;
     }
-    let faces =
-        (0..corners.len()).map(|f| [0, 1, 2].map(|k| name[find(&mut fan, (3 * f + k) as u32) as usize])).collect();
+    let vertex = |c: usize, fan: &mut [u32]| name[find(fan, c as u32) as usize];
+    let faces = (0..draft.faces.len()).map(|f| [0, 1, 2].map(|k| vertex(3 * f + k, &mut fan))).collect();
     let places = roots.chunk_by(|a, b| a.0 == b.0).count();
     tally.add("vertex_copies_made", roots.len() - places);
     Draft {
-        positions: roots.iter().map(|r| positions[r.0 as usize]).collect(),
-        origin: roots.iter().map(|r| r.0).collect(),
-        moved: vec![false; roots.len()],
+        positions: roots.iter().map(|r| draft.positions[r.0 as usize]).collect(),
+        origin: roots.iter().map(|r| draft.origin[r.0 as usize]).collect(),
+        moved: roots.iter().map(|r| draft.moved[r.0 as usize]).collect(),
         faces,
-        twin: partner.to_vec(),
-        polygon: triangles.polygon.clone(),
+        twin: draft.twin,
+        polygon: draft.polygon,
     }
 }
 

@@ -45,13 +45,8 @@ fn turns_sharply(mesh: &TriMesh, network: &Network, v: u32, min_length: f64) -> 
         return false;
     }
     let arm_length = |h: usize| mesh.position(mesh.target(h)).distance(at);
-    let reach = window(0.5 * (arm_length(g) + arm_length(h)), min_length);
+    let reach = (WINDOW * 0.5 * (arm_length(g) + arm_length(h))).max(0.5 * min_length);
     turn(ahead(mesh, network, g, reach), ahead(mesh, network, h, reach)) >= SHARP_TURN
-}
-
-/// Half the window for curves with this mean edge length.
-fn window(mean: f64, min_length: f64) -> f64 {
-    if min_length > 0.0 { (WINDOW * mean).min(0.5 * min_length) } else { WINDOW * mean }
 }
 
 /// The point at arc length `reach` along the chain that starts with `h`, or its end.
@@ -71,19 +66,21 @@ fn ahead(mesh: &TriMesh, network: &Network, mut h: usize, reach: f64) -> DVec3 {
     }
 }
 
-/// Vertices of a boundary loop where it turns by 45 degrees: at once, in the mean over a window with weights falling
-/// from 1 to 0 (zigzag cancels), and more than its neighbours in the window.
+/// Vertices of a boundary loop where it turns by 45 degrees: at once, together with half of what its neighbours turn,
+/// in the mean over a window with weights falling from 1 to 0 (zigzag cancels), and most in the window.
 fn boundary_corners(mesh: &TriMesh, boundary: &[usize], min_length: f64) -> Vec<u32> {
     let n = boundary.len();
     // Turning to the left of the walk: π minus the angle of the surface.
     let turn: Vec<f64> = boundary.iter().map(|&h| PI - surface_angle(mesh, mesh.origin(h))).collect();
     let length: Vec<f64> =
         boundary.iter().map(|&h| mesh.position(mesh.target(h)).distance(mesh.position(mesh.origin(h)))).collect();
-    let reach = window(length.iter().sum::<f64>() / n as f64, min_length);
+    // Windows of a small hole must not reach around it: four corners of a square stay four.
+    let reach = (0.5 * min_length).min(length.iter().sum::<f64>() / 8.0);
+    let persists = |sum: f64, i: usize| sum * turn[i] > 0.0 && sum.abs() >= SHARP_TURN;
     let mut corners = Vec::new();
     for i in (0..n).filter(|&i| turn[i].abs() >= SHARP_TURN) {
         let mut sum = turn[i];
-        let mut strongest = true;
+        let mut is_strongest = true;
         for step in [1, n - 1] {
             let (mut j, mut way) = (i, 0.0);
             loop {
@@ -93,12 +90,12 @@ fn boundary_corners(mesh: &TriMesh, boundary: &[usize], min_length: f64) -> Vec<
                     break;
                 }
                 sum += turn[j] * (1.0 - way / reach);
-                strongest &= turn[j].abs() < turn[i].abs()
-                    || (turn[j].abs() == turn[i].abs() && j > i)
-                    || turn[j] * turn[i] < 0.0;
+                let beats = turn[j].abs() > turn[i].abs() || (turn[j].abs() == turn[i].abs() && j < i);
+                is_strongest &= !(beats && turn[j] * turn[i] > 0.0);
             }
         }
-        if strongest && sum * turn[i] > 0.0 && sum.abs() >= SHARP_TURN {
+        let nearby = turn[i] + 0.5 * (turn[(i + 1) % n] + turn[(i + n - 1) % n]);
+        if is_strongest && persists(nearby, i) && persists(sum, i) {
             corners.push(mesh.origin(boundary[i]));
         }
     }

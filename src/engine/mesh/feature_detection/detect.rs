@@ -5,6 +5,7 @@ use crate::engine::mesh::Features;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::feature_detection::corners::find_corners;
 use crate::engine::mesh::feature_detection::network::Network;
+use crate::engine::mesh::feature_detection::prune::prune;
 use crate::engine::mesh::feature_detection::seeds::mark_explicit;
 use crate::engine::mesh::feature_detection::seeds::mark_material_borders;
 
@@ -17,8 +18,9 @@ pub struct FeatureOptions {
     pub materials: bool,
     /// Explicit feature edges as pairs of positions of the soup.
     pub explicit: Vec<[u32; 2]>,
-    /// Length in model units below which sharp chains are dropped if they have a loose end, or belong to a network
-    /// that is smaller than this as a whole. Material borders and explicit edges are never dropped.
+    /// Length in model units, about two quad edges, below which sharp chains are noise unless both their ends are
+    /// junctions or on the boundary; also how closely sharpness is looked at. 0 keeps every sharp edge. Material
+    /// borders and explicit edges are never dropped.
     pub min_length: f64,
 }
 
@@ -39,7 +41,7 @@ pub fn detect_features(conditioned: &Conditioned, soup: &TriangleSoup, options: 
     if options.angle_degrees < 180.0 {
         network.mark_sharp(options.angle_degrees.to_radians());
         network.grow(0.5 * options.angle_degrees.to_radians());
-        network.prune(options.min_length);
+        prune(&mut network, options.angle_degrees.to_radians(), options.min_length);
     }
     let corners = find_corners(mesh, &network, options.min_length);
     Features { edges: network.edges(), corners }

@@ -6,6 +6,8 @@
 mod corners;
 mod detect;
 mod network;
+mod prune;
+mod relief;
 mod seeds;
 #[cfg(test)]
 mod tests;

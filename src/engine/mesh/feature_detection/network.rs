@@ -7,20 +7,13 @@ const STRAIGHT: f64 = 30.0 / 180.0 * std::f64::consts::PI;
 
 /// A set of interior edges.
 pub(super) struct Network<'a> {
-    mesh: &'a TriMesh,
+    pub(super) mesh: &'a TriMesh,
     /// Per halfedge, the same on both sides.
-    marked: Vec<bool>,
+    pub(super) marked: Vec<bool>,
     /// Marked and not to be dropped, per halfedge.
-    kept: Vec<bool>,
+    pub(super) kept: Vec<bool>,
     /// Marked edges per vertex.
     degree: Vec<u32>,
-}
-
-/// Marked edges between two vertices of degree other than 2, or around a loop.
-struct Chain {
-    /// Halfedges in order.
-    halfedges: Vec<usize>,
-    length: f64,
 }
 
 impl<'a> Network<'a> {
@@ -35,12 +28,18 @@ impl<'a> Network<'a> {
         self.marked[h]
     }
 
+    /// Number of marked edges.
+    pub(super) fn n_marked(&self) -> usize {
+        self.degree.iter().map(|&d| d as usize).sum::<usize>() / 2
+    }
+
     /// Marked edges at `v`.
     pub(super) fn degree(&self, v: u32) -> u32 {
         self.degree[v as usize]
     }
 
-    fn set(&mut self, h: usize, marked: bool) {
+    /// Marks or unmarks the edge of `h`.
+    pub(super) fn set(&mut self, h: usize, marked: bool) {
         if self.marked[h] != marked {
             for s in [Some(h), self.mesh.twin(h)].into_iter().flatten() {
                 self.marked[s] = marked;
@@ -61,7 +60,7 @@ impl<'a> Network<'a> {
     }
 
     /// Angle between the normals of the two faces at `h`, in radians; 0 on the boundary.
-    fn dihedral(&self, h: usize) -> f64 {
+    pub(super) fn dihedral(&self, h: usize) -> f64 {
         let Some(t) = self.mesh.twin(h) else {
             return 0.0;
         };
@@ -86,10 +85,9 @@ impl<'a> Network<'a> {
 
     /// Extends loose ends along edges with a dihedral angle above `angle` radians that go straight on.
     pub(super) fn grow(&mut self, angle: f64) {
-        let is_loose = |network: &Self, v: u32| network.degree(v) == 1 && !network.mesh.is_boundary_vertex(v);
-        let mut ends: Vec<u32> = (0..self.mesh.n_vertices() as u32).filter(|&v| is_loose(self, v)).rev().collect();
+        let mut ends: Vec<u32> = (0..self.mesh.n_vertices() as u32).filter(|&v| self.is_loose(v)).rev().collect();
         while let Some(v) = ends.pop() {
-            if !is_loose(self, v) {
+            if !self.is_loose(v) {
                 continue;
             }
             let Some(back) = self.marked_at(v).next() else {
@@ -113,8 +111,14 @@ impl<'a> Network<'a> {
         (self.mesh.position(self.mesh.target(h)) - self.mesh.position(self.mesh.origin(h))).normalize_or_zero()
     }
 
-    fn length(&self, h: usize) -> f64 {
+    /// Length of the edge of `h`.
+    pub(super) fn length(&self, h: usize) -> f64 {
         self.mesh.position(self.mesh.target(h)).distance(self.mesh.position(self.mesh.origin(h)))
+    }
+
+    /// Whether a single marked edge ends at `v`, away from the boundary.
+    pub(super) fn is_loose(&self, v: u32) -> bool {
+        self.degree(v) == 1 && !self.mesh.is_boundary_vertex(v)
     }
 
     /// Whether chains end at `v`.
@@ -140,7 +144,8 @@ impl<'a> Network<'a> {
         }
     }
 
-    fn chains(&self) -> Vec<Chain> {
+    /// The marked edges as chains between nodes and around loops, each once.
+    pub(super) fn chains(&self) -> Vec<Vec<usize>> {
         let mut seen = vec![false; self.marked.len()];
         let mut chains = Vec::new();
         let starts_at_node = |h: &usize| self.is_node(self.mesh.origin(*h));
@@ -149,39 +154,15 @@ impl<'a> Network<'a> {
             if seen[h] {
                 continue;
             }
-            let halfedges = self.walk(h);
-            for &g in &halfedges {
+            let chain = self.walk(h);
+            for &g in &chain {
                 for s in [Some(g), self.mesh.twin(g)].into_iter().flatten() {
                     seen[s] = true;
                 }
             }
-            let length = halfedges.iter().map(|&g| self.length(g)).sum();
-            chains.push(Chain { halfedges, length });
+            chains.push(chain);
         }
         chains
-    }
-
-    /// Drops chains shorter than `min_length` with a loose end, and closed ones, until none is left.
-    pub(super) fn prune(&mut self, min_length: f64) {
-        loop {
-            let mut changed = false;
-            for chain in self.chains() {
-                let first = self.mesh.origin(chain.halfedges[0]);
-                let last = self.mesh.target(chain.halfedges[chain.halfedges.len() - 1]);
-                let is_loose = |v: u32| self.degree(v) == 1 && !self.mesh.is_boundary_vertex(v);
-                let is_free = is_loose(first) || is_loose(last) || first == last;
-                let kept = chain.halfedges.iter().any(|&h| self.kept[h]);
-                if is_free && !kept && chain.length < min_length {
-                    changed = true;
-                    for &h in &chain.halfedges {
-                        self.set(h, false);
-                    }
-                }
-            }
-            if !changed {
-                return;
-            }
-        }
     }
 
     /// The marked edges, (lower, higher) vertex, sorted.
