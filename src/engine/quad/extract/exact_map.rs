@@ -254,6 +254,18 @@ impl<'a> ExactMap<'a> {
         orient(self.corner[3 * f], self.corner[3 * f + 1], self.corner[3 * f + 2])
     }
 
+    /// Quarter turns from the chart of a corner to that of the first corner of its vertex.
+    pub(super) fn quarters_to_root(&self, corner: usize) -> u8 {
+        self.to_root[corner].quarters
+    }
+
+    /// Quarter turns of the transition once around interior vertex `v`; 0 on the boundary.
+    pub(super) fn turn_around(&self, v: u32) -> u8 {
+        let Some(last) = self.mesh.fan(v).last() else { return 0 };
+        let back = self.mesh.twin(prev(last)).map_or(Transition::default(), |t| self.across[t]);
+        if self.mesh.is_boundary_vertex(v) { 0 } else { self.to_root[last].after(back).quarters }
+    }
+
     /// From the chart of corner `from` to the chart of corner `to` of the same regular vertex.
     pub(super) fn around(&self, from: usize, to: usize) -> Transition {
         self.to_root[to].inverse().after(self.to_root[from])

@@ -8,6 +8,7 @@ use crate::engine::quad::extract::exact_map::ExactMap;
 use crate::engine::quad::extract::nodes::Nodes;
 use crate::engine::quad::extract::nodes::Place;
 use crate::engine::quad::extract::nodes::Port;
+use crate::engine::quad::extract::nodes::port_turns;
 use crate::engine::quad::extract::trace::trace;
 use crate::engine::quad::fill::EmbeddedGraph;
 use crate::engine::quad::fill::GraphArc;
@@ -68,8 +69,22 @@ pub(super) fn grid_graph(
         arcs.push(GraphArc { ends, tag, collapsed: arrival.collapsed, outside });
     }
     let rotation = (0..nodes.nodes.len()).map(|n| {
-        let ports = nodes.first_port[n] as usize..nodes.first_port[n + 1] as usize;
-        dart[ports].iter().copied().filter(|&d| d != u32::MAX).collect::<Vec<_>>()
+        // A port without an arc gives its turn to the port before it.
+        let (start, end) = (nodes.first_port[n] as usize, nodes.first_port[n + 1] as usize);
+        let turns = port_turns(map, nodes, n);
+        let mut darts: Vec<(u32, i32)> = Vec::with_capacity(turns.len());
+        let mut before_first = 0;
+        for (&d, turn) in dart[start..end].iter().zip(turns) {
+            match darts.last_mut() {
+                _ if d != u32::MAX => darts.push((d, turn)),
+                Some(last) => last.1 += turn,
+                None => before_first += turn,
+            }
+        }
+        if let Some(last) = darts.last_mut() {
+            last.1 += before_first;
+        }
+        darts
     });
     Ok(EmbeddedGraph::new(graph_nodes, &arcs, rotation))
 }

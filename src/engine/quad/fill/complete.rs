@@ -83,9 +83,9 @@ pub(crate) fn complete(
     expected: &Topology,
 ) -> Result<(QuadDraft, FillReport), FillError> {
     let mut report = FillReport { joined_points: contract_collapsed(&mut graph), ..FillReport::default() };
-    report.pruned_arcs = prune(&mut graph);
+    report.pruned_arcs = prune(&mut graph, true);
     report.pruned_arcs += drop_collapsed(&mut graph);
-    report.pruned_arcs += prune(&mut graph);
+    report.pruned_arcs += prune(&mut graph, true);
     ctx.check()?;
     report.bubbles = keep_main_piece(&mut graph, expected)?;
     report.holes = widen(&mut graph);
@@ -99,7 +99,7 @@ pub(crate) fn complete(
         report.filled_quads += fill_face(&mut graph, first);
         report.holes += 1;
     }
-    report.pruned_arcs += prune(&mut graph);
+    report.pruned_arcs += prune(&mut graph, false);
     report.split_arcs = make_simple(&mut graph).ok_or(FillError::Stuck { step: "separating parallel edges" })?;
     check(&graph, expected)?;
     Ok((draft(&graph), report))

@@ -42,6 +42,9 @@ pub(crate) struct EmbeddedGraph {
     pub(super) node: Vec<u32>,
     ccw: Vec<u32>,
     cw: Vec<u32>,
+    /// Per dart, quarter turns in the map from it to the next dart counter-clockwise: 1 where the map is as it should
+    /// be, −1 where it is flipped, and sums of these where darts in between are gone.
+    pub(super) turn: Vec<i32>,
     /// Per dart, whether the outside is to its left.
     pub(super) outside: Vec<bool>,
     /// Per arc.
@@ -51,17 +54,19 @@ pub(crate) struct EmbeddedGraph {
 }
 
 impl EmbeddedGraph {
-    /// A graph from its arcs and, per node, the darts that leave it, counter-clockwise.
+    /// A graph from its arcs and, per node, the darts that leave it, counter-clockwise, each with the quarter turns in
+    /// the map to the next one.
     pub(crate) fn new(
         nodes: Vec<GraphNode>,
         arcs: &[GraphArc],
-        rotation: impl Iterator<Item = impl AsRef<[u32]>>,
+        rotation: impl Iterator<Item = impl AsRef<[(u32, i32)]>>,
     ) -> Self {
         let mut graph = Self {
             nodes,
             node: arcs.iter().flat_map(|a| a.ends).collect(),
             ccw: vec![0; 2 * arcs.len()],
             cw: vec![0; 2 * arcs.len()],
+            turn: vec![1; 2 * arcs.len()],
             outside: arcs.iter().flat_map(|a| a.outside).collect(),
             alive: vec![true; arcs.len()],
             tag: arcs.iter().map(|a| a.tag).collect(),
@@ -69,8 +74,9 @@ impl EmbeddedGraph {
         };
         for darts in rotation {
             let darts = darts.as_ref();
-            for (i, &d) in darts.iter().enumerate() {
-                graph.link(d, darts[(i + 1) % darts.len()]);
+            for (i, &(d, turn)) in darts.iter().enumerate() {
+                graph.link(d, darts[(i + 1) % darts.len()].0);
+                graph.turn[d as usize] = turn;
             }
         }
         graph
@@ -137,10 +143,30 @@ impl EmbeddedGraph {
     pub(super) fn remove(&mut self, arc: u32) {
         for d in [2 * arc, 2 * arc + 1] {
             let (before, after) = (self.cw(d), self.ccw(d));
+            self.turn[before as usize] += self.turn[d as usize];
             self.link(before, after);
             self.link(d, d);
         }
         self.alive[arc as usize] = false;
+    }
+
+    /// Zips the darts `d` and `ccw(d)`: the second arc comes to lie on the first one and is gone, its far node becomes
+    /// that of the first. The far nodes must differ.
+    pub(super) fn zip(&mut self, d: u32) {
+        let s = self.ccw(d);
+        let (t, w, kept) = (d ^ 1, s ^ 1, self.target(d));
+        for e in self.around(w).collect::<Vec<_>>() {
+            self.node[e as usize] = kept;
+        }
+        let (before_t, before_w, after_w) = (self.cw(t), self.cw(w), self.ccw(w));
+        let turn_w = self.turn[w as usize];
+        if after_w != w {
+            self.link(before_t, after_w);
+            self.link(before_w, t);
+        }
+        self.turn[before_t as usize] += turn_w;
+        self.link(w, w);
+        self.remove(s / 2);
     }
 
     /// Contracts an arc that is not a loop: the darts of its second node come to stand where the arc stood around its
@@ -149,6 +175,16 @@ impl EmbeddedGraph {
         let (d, t) = (2 * arc, 2 * arc + 1);
         let (before, after) = (self.cw(d), self.ccw(d));
         let (first, last) = (self.ccw(t), self.cw(t));
+        // Both darts leave in the same direction of the map: the line comes back to where it began.
+        let (turn_d, turn_t) = (self.turn[d as usize], self.turn[t as usize]);
+        if before == d {
+            self.turn[last as usize] += turn_d + turn_t;
+        } else if first == t {
+            self.turn[before as usize] += turn_t + turn_d;
+        } else {
+            self.turn[before as usize] += turn_t;
+            self.turn[last as usize] += turn_d;
+        }
         match (before == d, first == t) {
             (true, true) => {}
             (true, false) => self.link(last, first),
@@ -174,6 +210,7 @@ impl EmbeddedGraph {
         self.node.extend(ends);
         self.ccw.extend([d, d + 1]);
         self.cw.extend([d, d + 1]);
+        self.turn.extend([1; 2]);
         self.outside.extend(outside);
         self.alive.push(true);
         self.tag.push(tag);

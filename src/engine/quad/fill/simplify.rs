@@ -87,28 +87,73 @@ pub(super) fn drop_collapsed(graph: &mut EmbeddedGraph) -> usize {
 }
 
 /// Removes, until there are none: faces of one or two arcs, nodes with one arc, and doublets (nodes with two arcs
-/// between two different faces). Arcs on curves stay. Returns how many arcs went.
-pub(super) fn prune(graph: &mut EmbeddedGraph) -> usize {
+/// between two different faces). Arcs on curves stay. With `unfold` also undoes what is left of folds. Returns how many
+/// arcs went.
+pub(super) fn prune(graph: &mut EmbeddedGraph, unfold: bool) -> usize {
     let mut work: Vec<u32> = (0..graph.n_darts()).rev().collect();
     let mut removed = 0;
     while let Some(d) = work.pop() {
         if !graph.is_alive(d) {
             continue;
         }
-        for arc in superfluous(graph, d).into_iter().flatten() {
-            for e in [2 * arc, 2 * arc + 1] {
-                let beside = [graph.ccw(e), graph.cw(e)];
-                work.extend(beside.into_iter().chain(beside.map(|b| b ^ 1)));
-            }
+        for arc in superfluous(graph, d, unfold).into_iter().flatten() {
+            push_beside(graph, 2 * arc, &mut work);
             graph.remove(arc);
+            removed += 1;
+        }
+        if unfold && graph.is_alive(d) && is_crease(graph, d) {
+            let s = graph.ccw(d);
+            let (a, b) = (graph.target(d) as usize, graph.target(s) as usize);
+            push_beside(graph, d, &mut work);
+            push_beside(graph, s, &mut work);
+            let (kept, gone) = (graph.nodes[a], graph.nodes[b]);
+            if rank(gone.anchor) > rank(kept.anchor) {
+                graph.nodes[a] = gone;
+            } else if rank(gone.anchor) == rank(kept.anchor) {
+                graph.nodes[a].position = kept.position.midpoint(gone.position);
+            }
+            graph.zip(d);
             removed += 1;
         }
     }
     removed
 }
 
+/// Marks the darts around an arc for another look.
+fn push_beside(graph: &EmbeddedGraph, d: u32, work: &mut Vec<u32>) {
+    for e in [d, d ^ 1] {
+        let beside = [graph.ccw(e), graph.cw(e)];
+        work.extend(beside.into_iter().chain(beside.map(|b| b ^ 1)).chain([e]));
+    }
+}
+
+/// Whether `d` and the next dart leave in the same direction of the map, with nothing between them: then both lead to
+/// the same grid point, and the arcs are two copies of one.
+fn is_crease(graph: &EmbeddedGraph, d: u32) -> bool {
+    let s = graph.ccw(d);
+    let plain = |d: u32| graph.tag_of(d) == Tag::Plain && !graph.collapsed[d as usize / 2];
+    let ranks = [graph.target(d), graph.target(s)].map(|n| rank(graph.nodes[n as usize].anchor));
+    graph.turn[d as usize] == 0
+        && s / 2 != d / 2
+        && !graph.outside[d as usize]
+        && plain(d)
+        && plain(s)
+        && graph.target(d) != graph.target(s)
+        && graph.target(d) != graph.origin(d)
+        && graph.target(s) != graph.origin(d)
+        && ranks.contains(&0)
+}
+
+/// Whether the quads on both sides of `d` lie on each other in the map: they can be folded together.
+fn is_fold(graph: &EmbeddedGraph, d: u32) -> bool {
+    let flat = |e: u32| graph.turn[e as usize] + graph.turn[graph.cw(e) as usize] == 0;
+    let quad = |e: u32| graph.face(e).take(5).count() == 4;
+    let inside = !graph.outside[d as usize] && !graph.outside[d as usize ^ 1];
+    flat(d) && flat(d ^ 1) && inside && quad(d) && quad(d ^ 1) && graph.face(d).all(|e| e != d ^ 1)
+}
+
 /// The arcs at `d` that bound nothing, if there are such.
-fn superfluous(graph: &EmbeddedGraph, d: u32) -> [Option<u32>; 2] {
+fn superfluous(graph: &EmbeddedGraph, d: u32, unfold: bool) -> [Option<u32>; 2] {
     let plain = |d: u32| graph.tag_of(d) == Tag::Plain;
     let next = graph.next(d);
     let one_sided = next == d || graph.ccw(d) == d;
@@ -122,14 +167,17 @@ fn superfluous(graph: &EmbeddedGraph, d: u32) -> [Option<u32>; 2] {
         return [gone.map(|e| e / 2), None];
     }
     let second = graph.ccw(d);
-    if graph.ccw(second) == d && second != d && is_doublet(graph, d, second) {
+    if graph.ccw(second) == d && second != d && is_doublet(graph, d, second, unfold) {
         return [Some(d / 2), Some(second / 2)];
+    }
+    if unfold && plain(d) && is_fold(graph, d) {
+        return [Some(d / 2), None];
     }
     [None, None]
 }
 
 /// Whether the node with only the darts `d` and `second` may go with both arcs: its two faces become one.
-fn is_doublet(graph: &EmbeddedGraph, d: u32, second: u32) -> bool {
+fn is_doublet(graph: &EmbeddedGraph, d: u32, second: u32, unfold: bool) -> bool {
     let anchored = graph.nodes[graph.origin(d) as usize].anchor != Anchor::Surface;
     if anchored || graph.tag_of(d) != Tag::Plain || graph.tag_of(second) != Tag::Plain {
         return false;
@@ -138,7 +186,8 @@ fn is_doublet(graph: &EmbeddedGraph, d: u32, second: u32) -> bool {
         return false;
     }
     // The ends lose an arc each and must not become doublets in their turn, or a small closed mesh would vanish.
-    if [d ^ 1, second ^ 1].into_iter().any(|e| graph.degree(e, 4) < 4) {
+    let folded = unfold && graph.turn[d as usize] + graph.turn[second as usize] == 0;
+    if !folded && [d ^ 1, second ^ 1].into_iter().any(|e| graph.degree(e, 4) < 4) {
         return false;
     }
     let left: Vec<u32> = graph.face(d).take(LONG_FACE).collect();

@@ -67,7 +67,8 @@ fn from_polygons(positions: &[DVec3], polygons: &[Vec<u32>]) -> EmbeddedGraph {
         position,
         anchor: if on_boundary(v) { Anchor::Curve } else { Anchor::Surface },
     });
-    EmbeddedGraph::new(nodes.collect(), &arcs, rotation.iter())
+    let rotation = rotation.iter().map(|darts| darts.iter().map(|&d| (d, 1)).collect::<Vec<_>>());
+    EmbeddedGraph::new(nodes.collect(), &arcs, rotation)
 }
 
 fn circle(n: u32) -> Vec<DVec3> {
@@ -199,7 +200,7 @@ fn small_closed_surfaces_become_simple() {
     // A torus of one square: both its arcs are loops at its only node.
     let arc = GraphArc { ends: [0, 0], tag: Tag::Plain, collapsed: false, outside: [false; 2] };
     let node = GraphNode { position: DVec3::ZERO, anchor: Anchor::Surface };
-    let graph = EmbeddedGraph::new(vec![node], &[arc, arc], [[0, 2, 1, 3]].iter());
+    let graph = EmbeddedGraph::new(vec![node], &[arc, arc], [[(0, 1), (2, 1), (1, 1), (3, 1)]].iter());
     assert_eq!(Faces::new(&graph).len, [4]);
     let torus = Topology { components: 1, boundaries: 0, genus: 1, euler: 0 };
     let (draft, _) = complete(&RunContext::silent(), graph, &torus).unwrap();
