@@ -31,7 +31,6 @@ impl Driver for Scripted {
                 file("quad-mesh.glb", "model/gltf-binary"),
                 file("quad-mesh.ply", "application/ply"),
                 file("quad-mesh.usda", "model/vnd.usda"),
-                file("preview.png", "image/png"),
             ],
             report: report(),
         })

@@ -11,7 +11,7 @@ use uuid::Uuid;
 
 use crate::service::formats::{MapFormat, QuadFormat};
 use crate::service::http::HttpState;
-use crate::service::http::download::{Download, Source};
+use crate::service::http::download::{self, Download, Source};
 use crate::service::http::extract::{Id, Query, text};
 use crate::service::http::problem::gone;
 use crate::service::http::view::job_row;
@@ -19,9 +19,9 @@ use crate::service::jobs::{beside, hex};
 use crate::service::store::{Artefact, JobRow};
 use crate::service::wire::{JobStatus, Problem, ProblemBody, ProblemKind, ReportBody, Urls};
 
-/// The picture that every run draws, and the smallest and largest that are drawn on demand.
-const PICTURE: &str = "preview.png";
+/// Pixels of pictures: drawn on demand from the stored quads.
 const SIZES: std::ops::RangeInclusive<u32> = 64..=2048;
+const SIZE: u32 = 768;
 
 /// Formats of quads.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
@@ -62,7 +62,7 @@ pub(super) struct MapQuery {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(super) struct PreviewQuery {
-    /// Width and height in pixels, 64 to 2048.
+    /// Width and height in pixels, 64 to 2048; 768 if left out.
     size: Option<u32>,
 }
 
@@ -153,25 +153,27 @@ pub(super) async fn preview(
     Query(query): Query<PreviewQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let Some(size) = query.size else { return file(&state, id, PICTURE, &headers).await };
+    let size = query.size.unwrap_or(SIZE);
     if !SIZES.contains(&size) {
         let detail = format!("size must be from {} to {} pixels, not {size}.", SIZES.start(), SIZES.end());
         return Err(Problem::new(ProblemKind::InvalidRequest, detail));
     }
     let job = job_row(&state, id).await?;
     let quads = match artefact(&job, "quad-mesh.ply")? {
-        Ok(artefact) => state.desk.store.blobs().get(&artefact.blob).await?,
+        Ok(artefact) => artefact,
         Err(response) => return Ok(response),
     };
+    // The same version draws the same quads the same, so the tag is known before the picture is.
+    let sha256 = hex(&Sha256::digest(format!("{} {size} {}", quads.sha256, env!("CARGO_PKG_VERSION"))));
+    if download::is_known(&headers, &sha256) {
+        return Ok(Download::picture(Bytes::new(), &sha256).not_modified());
+    }
+    let quads = state.desk.store.blobs().get(&quads.blob).await?;
     let permit = state.readers.acquire().await.map_err(|_| Problem::internal())?;
     let driver = state.driver.clone();
     let picture = Bytes::from(beside(move || driver.preview(&quads, size)).await?);
     drop(permit);
-    let sha256 = hex(&Sha256::digest(&picture));
-    let bytes = picture.len() as u64;
-    let download =
-        Download { source: Source::Bytes(picture), sha256: &sha256, bytes, media_type: "image/png", file_name: None };
-    download.respond(&headers).await
+    Download::picture(picture, &sha256).respond(&headers).await
 }
 
 async fn file(state: &HttpState, id: Uuid, name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
@@ -180,7 +182,7 @@ async fn file(state: &HttpState, id: Uuid, name: &str, headers: &HeaderMap) -> R
         Ok(artefact) => artefact,
         Err(response) => return Ok(response),
     };
-    let shown_in_place = name.ends_with(".png") || name == "report.json";
+    let shown_in_place = name == "report.json";
     let download = Download {
         source: Source::Blob(state.desk.store.blobs(), &artefact.blob),
         sha256: &artefact.sha256,

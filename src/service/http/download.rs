@@ -22,7 +22,7 @@ pub(super) enum Source<'a> {
 /// A file to be downloaded.
 pub(super) struct Download<'a> {
     pub(super) source: Source<'a>,
-    /// Hexadecimal hash of the bytes.
+    /// Hexadecimal hash of the bytes, or of all that determines them.
     pub(super) sha256: &'a str,
     /// Length of the whole file.
     pub(super) bytes: u64,
@@ -31,13 +31,33 @@ pub(super) struct Download<'a> {
     pub(super) file_name: Option<String>,
 }
 
-impl Download<'_> {
+/// Whether the client of a GET with these headers has the file with this hash.
+pub(super) fn is_known(request: &HeaderMap, sha256: &str) -> bool {
+    text(request, "if-none-match").is_some_and(|tags| names(tags, &tag(sha256)))
+}
+
+fn tag(sha256: &str) -> String {
+    format!("\"{sha256}\"")
+}
+
+impl<'a> Download<'a> {
+    /// A PNG to be shown in place.
+    pub(super) fn picture(png: Bytes, sha256: &'a str) -> Self {
+        let bytes = png.len() as u64;
+        Self { source: Source::Bytes(png), sha256, bytes, media_type: "image/png", file_name: None }
+    }
+
+    /// The answer to a client that has the file.
+    pub(super) fn not_modified(&self) -> Response {
+        self.headed(StatusCode::NOT_MODIFIED, &tag(self.sha256), Body::empty())
+    }
+
     /// The answer to a GET with these headers.
     pub(super) async fn respond(self, request: &HeaderMap) -> Result<Response, Problem> {
-        let etag = format!("\"{}\"", self.sha256);
-        if text(request, "if-none-match").is_some_and(|tags| names(tags, &etag)) {
-            return Ok(self.headed(StatusCode::NOT_MODIFIED, &etag, Body::empty()));
+        if is_known(request, self.sha256) {
+            return Ok(self.not_modified());
         }
+        let etag = tag(self.sha256);
         let fresh = text(request, "if-range").is_none_or(|tag| tag == etag);
         let range = text(request, "range").filter(|_| fresh).and_then(|range| parse_range(range, self.bytes));
         let (status, range) = match range {

@@ -28,8 +28,8 @@ impl Live {
 
     /// A run of `job` begins; it can be stopped until the answer is dropped.
     pub fn enter(&self, job: Uuid, context: RunContext) -> Running {
-        self.running().insert(job, context);
-        Running { live: self.clone(), job }
+        self.running().insert(job, context.clone());
+        Running { live: self.clone(), job, context }
     }
 
     /// Stops the run of `job`, if it runs here.
@@ -60,15 +60,17 @@ impl Live {
     }
 }
 
-/// A run in this process; leaving is dropping it.
+/// A run in this process; leaving is dropping it. Whoever is dropped himself before the run is over, stops it.
 #[derive(Debug)]
 pub struct Running {
     live: Live,
     job: Uuid,
+    context: RunContext,
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
+        self.context.stop(StopReason::Shutdown);
         self.live.running().remove(&self.job);
     }
 }

@@ -53,7 +53,8 @@ pub trait TicketQueue: Send + Sync {
     /// Hands tickets to `handler` until `stop`, then waits for those in work.
     fn work<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) -> impl Future<Output = ()> + Send;
 
-    /// Forgets tickets that were used up.
+    /// Forgets tickets that were used up, and gives those another chance that failed too often: the word about a job is
+    /// in our table.
     fn tidy(&self) -> impl Future<Output = Result<(), StoreError>> + Send;
 }
 
@@ -145,6 +146,13 @@ impl TicketQueue for SqliteQueue {
             .bind(QUEUE)
             .execute(&self.pool)
             .await?;
+        sqlx::query(
+            "UPDATE Jobs SET status = 'Pending', attempts = 0, lock_by = NULL, lock_at = NULL, done_at = NULL
+             WHERE job_type = ? AND status = 'Failed' AND attempts >= max_attempts",
+        )
+        .bind(QUEUE)
+        .execute(&self.pool)
+        .await?;
         // Locks of tickets point at workers, so only workers without any ticket go.
         sqlx::query(
             "DELETE FROM Workers WHERE worker_type = ? AND last_seen < strftime('%s', 'now') - 3600
@@ -154,5 +162,73 @@ impl TicketQueue for SqliteQueue {
         .execute(&self.pool)
         .await?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::service::config::Config as Settings;
+    use crate::service::store::Store;
+
+    /// Notes the tickets; refuses each one the first time.
+    #[derive(Default)]
+    struct Reluctant(Mutex<Vec<Ticket>>);
+
+    impl Reluctant {
+        fn seen(&self) -> Vec<Ticket> {
+            self.0.lock().unwrap().clone()
+        }
+    }
+
+    impl Handler for Reluctant {
+        async fn handle(&self, ticket: Ticket) -> Result<(), StoreError> {
+            let mut seen = self.0.lock().unwrap();
+            let refused = !seen.contains(&ticket);
+            seen.push(ticket);
+            if refused { Err(StoreError::Queue("on purpose".to_owned())) } else { Ok(()) }
+        }
+    }
+
+    #[tokio::test]
+    async fn refused_tickets_come_again_and_used_ones_are_forgotten() {
+        let folder = tempfile::tempdir().unwrap();
+        let settings = Settings::for_testing(folder.path());
+        let store = Store::open(&settings.database_url, &settings.store).await.unwrap();
+        let queue = SqliteQueue::open(store.pool(), &settings.jobs).await.unwrap();
+        let tickets = [-7, 7].map(|priority| (Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, priority));
+        let mut tx = store.write().await.unwrap();
+        for (ticket, priority) in tickets {
+            queue.enqueue(&mut tx, ticket, priority).await.unwrap();
+        }
+        tx.commit().await.unwrap();
+        let mut lost = store.write().await.unwrap();
+        queue.enqueue(&mut lost, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0).await.unwrap();
+        lost.rollback().await.unwrap();
+
+        let (handler, stop) = (Arc::new(Reluctant::default()), CancellationToken::new());
+        let working = {
+            let (queue, handler, stop) = (queue.clone(), Arc::clone(&handler), stop.clone());
+            tokio::spawn(async move { queue.work(handler, stop).await })
+        };
+        for _ in 0..3000 {
+            if handler.seen().len() >= 4 {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        stop.cancel();
+        working.await.unwrap();
+        let (low, high) = (tickets[0].0, tickets[1].0);
+        let seen = handler.seen();
+        assert_eq!(seen[0], high, "higher priority first");
+        assert_eq!(seen.len(), 4, "each twice, and nothing of the transaction that was rolled back");
+        assert_eq!(seen.iter().filter(|&&ticket| ticket == low).count(), 2);
+        queue.tidy().await.unwrap();
+        let left: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM Jobs").fetch_one(store.pool()).await.unwrap();
+        assert_eq!(left, 0);
+        store.close().await;
     }
 }

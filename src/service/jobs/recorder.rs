@@ -61,7 +61,7 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// Writes until `done`, then writes the rest.
+    /// Writes until `done`, then writes the rest; ends early if the job is lost.
     pub(super) async fn keep(self, mut said: Said, done: CancellationToken) {
         let mut page = Page::default();
         loop {
@@ -72,26 +72,31 @@ impl Recorder {
             while let Ok(step) = said.0.try_recv() {
                 page.take(step);
             }
-            self.write(&mut page).await;
-            if over {
+            let held = self.write(&mut page).await;
+            if over || !held {
                 return;
             }
         }
     }
 
-    async fn write(&self, page: &mut Page) {
+    /// `false` if the job is not ours any more.
+    async fn write(&self, page: &mut Page) -> bool {
         let changed = page.changed;
         let events = page.turn();
         match self.store.note(self.job, self.attempt, page.stage.map(Stage::name), page.progress, &events).await {
             Ok(Holding::Held { cancel: true }) => self.context.stop(StopReason::Client),
             Ok(Holding::Held { cancel: false }) => {}
             // Whoever took the job over, or deleted it, decides about it now.
-            Ok(Holding::Lost) => self.context.stop(StopReason::Shutdown),
+            Ok(Holding::Lost) => {
+                self.context.stop(StopReason::Shutdown);
+                return false;
+            }
             Err(error) => tracing::warn!(%error, "progress was not noted"),
         }
         if changed {
             self.live.ring(self.job);
         }
+        true
     }
 }
 

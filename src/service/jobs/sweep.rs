@@ -8,11 +8,15 @@ use crate::service::jobs::{Desk, TicketQueue};
 use crate::service::store::{StoreError, now_ms};
 
 const PAUSE: Duration = Duration::from_secs(30);
+/// Blobs without a row that are younger than this may belong to a request that is under way.
+const ORPHAN_AGE: Duration = Duration::from_secs(3600);
+/// Every so many sweeps the whole store is gone through, beginning with the first.
+const THOROUGH: u32 = 120;
 
 /// Sweeps again and again until `stop`.
 pub async fn sweep_until(desk: Desk, stop: CancellationToken) {
-    loop {
-        if let Err(error) = sweep(&desk).await {
+    for n in 0u32.. {
+        if let Err(error) = sweep(&desk, n.is_multiple_of(THOROUGH)).await {
             tracing::warn!(%error, "sweeping failed; it will be tried again");
         }
         tokio::select! {
@@ -22,10 +26,16 @@ pub async fn sweep_until(desk: Desk, stop: CancellationToken) {
     }
 }
 
-async fn sweep(desk: &Desk) -> Result<(), StoreError> {
+async fn sweep(desk: &Desk, thorough: bool) -> Result<(), StoreError> {
     for id in desk.store.expired_jobs(now_ms()).await? {
         desk.store.delete_job(id).await?;
         tracing::info!(job.id = %id, "the job expired and was removed");
+    }
+    if thorough {
+        let orphans = desk.store.remove_orphans(ORPHAN_AGE).await?;
+        if orphans > 0 {
+            tracing::info!(orphans, "files that nothing names were removed");
+        }
     }
     desk.queue.tidy().await
 }

@@ -96,12 +96,13 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
             context: context.clone(),
         };
         let done = CancellationToken::new();
-        let books = tokio::spawn(books.keep(said, done.clone()));
+        let over = done.clone().drop_guard();
+        let books = tokio::spawn(books.keep(said, done));
 
         let driver = Arc::clone(&self.driver);
         let made = self.pool.run(move || driver.run(&context, &input, &spec)).await;
 
-        done.cancel();
+        drop(over);
         let _ = books.await;
         Ok(made)
     }
@@ -149,7 +150,12 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
             self.store.blobs().put(&artefact.blob, Bytes::from(bytes)).await?;
             artefacts.insert(name.to_owned(), artefact);
         }
-        tracing::info!(quads = result.quads, level = result.level.name(), "the job has its result");
+        for (stage, ms) in &products.report.timings_ms {
+            let seconds = ms.as_f64().unwrap_or_default() / 1000.0;
+            metrics::histogram!("quadrille_stage_seconds", "stage" => stage.clone()).record(seconds);
+        }
+        let timings = serde_json::json!(products.report.timings_ms);
+        tracing::info!(quads = result.quads, level = result.level.name(), timings_ms = %timings, "the job has its result");
         Ok(Ending { status: JobStatus::Succeeded, result: Some(result), problem: None, artefacts, input: Some(input) })
     }
 

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::Path as FilePath;
 use std::sync::Arc;
+use std::time::Duration;
 
 use bytes::Bytes;
 use futures_util::stream::BoxStream;
@@ -77,6 +78,16 @@ impl Blobs {
             self.remove(meta.location.as_ref()).await?;
         }
         Ok(())
+    }
+
+    /// Keys below a prefix that were written longer ago than `age`.
+    pub async fn older_than(&self, prefix: &str, age: Duration) -> Result<Vec<String>, StoreError> {
+        let found: Vec<_> = self.store.list(Some(&Path::from(prefix))).try_collect().await?;
+        let now = std::time::SystemTime::now();
+        let old = found
+            .into_iter()
+            .filter(|meta| now.duration_since(meta.last_modified.into()).is_ok_and(|since: Duration| since >= age));
+        Ok(old.map(|meta| meta.location.to_string()).collect())
     }
 
     /// Whether blobs can be written and removed.

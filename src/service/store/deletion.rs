@@ -1,5 +1,7 @@
 //! Removing jobs and assets: rows first, in one transaction, then the blobs that no row names any more.
 
+use std::time::Duration;
+
 use uuid::Uuid;
 
 use crate::service::store::{JobRow, Store, StoreError};
@@ -40,6 +42,35 @@ impl Store {
         Ok(true)
     }
 
+    /// Removes blobs that no row names and that are older than `age`: left behind by a process that died between a row
+    /// and its blob. Returns how many there were.
+    pub async fn remove_orphans(&self, age: Duration) -> Result<usize, StoreError> {
+        let mut removed = 0;
+        for key in self.blobs().older_than("assets", age).await? {
+            let known: bool = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM assets WHERE blob = ?)")
+                .bind(&key)
+                .fetch_one(self.pool())
+                .await?;
+            removed += self.remove_unless(known, &key).await?;
+        }
+        for key in self.blobs().older_than("jobs", age).await? {
+            let known: bool = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM remesh_jobs WHERE id = ?)")
+                .bind(key.split('/').nth(1))
+                .fetch_one(self.pool())
+                .await?;
+            removed += self.remove_unless(known, &key).await?;
+        }
+        Ok(removed)
+    }
+
+    async fn remove_unless(&self, known: bool, key: &str) -> Result<usize, StoreError> {
+        if known {
+            return Ok(0);
+        }
+        self.blobs().remove(key).await?;
+        Ok(1)
+    }
+
     /// Removes an asset unless a job that has not finished uses it. Finished jobs keep the bytes until they go.
     pub async fn delete_asset(&self, id: Uuid) -> Result<Deleted, StoreError> {
         let mut tx = self.write().await?;
@@ -71,5 +102,43 @@ impl Store {
             self.blobs().remove(&blob).await?;
         }
         Ok(Deleted::Yes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+
+    use super::*;
+    use crate::service::store::NewAsset;
+
+    #[tokio::test]
+    async fn only_blobs_that_nothing_names_are_orphans() {
+        let folder = tempfile::tempdir().unwrap();
+        let url = format!("sqlite://{}", folder.path().join("jobs.sqlite").display());
+        let store = Store::open(&url, &folder.path().join("objects")).await.unwrap();
+        let id = Uuid::now_v7();
+        let asset = NewAsset {
+            id,
+            sha256: "00".to_owned(),
+            bytes: 1,
+            format: None,
+            name: None,
+            vertices: None,
+            faces: None,
+            blob: format!("assets/{id}"),
+            pinned: true,
+        };
+        for key in [&asset.blob, "assets/lost", "jobs/0/1/quad-mesh.obj"] {
+            store.blobs().put(key, Bytes::from_static(b"x")).await.unwrap();
+        }
+        store.add_asset(&asset).await.unwrap();
+        assert_eq!(store.remove_orphans(Duration::from_secs(60)).await.unwrap(), 0);
+        assert_eq!(store.remove_orphans(Duration::ZERO).await.unwrap(), 2);
+        assert_eq!(store.blobs().get(&asset.blob).await.unwrap(), "x");
+        assert!(store.blobs().get("assets/lost").await.is_err());
+        assert_eq!(store.delete_asset(id).await.unwrap(), Deleted::Yes);
+        assert!(store.blobs().get(&asset.blob).await.is_err());
+        store.close().await;
     }
 }
