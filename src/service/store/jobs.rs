@@ -216,7 +216,8 @@ pub(in crate::service) async fn insert(connection: &mut SqliteConnection, job: &
             .execute(&mut *connection)
             .await?;
     }
-    Ok(())
+    // Followers of a waiting job see at once that the stream is alive.
+    events::append(connection, job.id, "progress", &json!({"progress": 0.0, "stage": null})).await
 }
 
 /// The job that this idempotency key made.
