@@ -17,5 +17,6 @@ pub mod numerics;
 pub mod parameterize;
 pub mod pipeline;
 pub mod quad;
+pub mod render;
 pub mod run;
 pub mod topology;

@@ -5,6 +5,7 @@ pub mod config;
 pub mod formats;
 pub mod http;
 pub mod jobs;
+pub mod preview;
 pub mod store;
 pub mod telemetry;
 pub mod wire;
