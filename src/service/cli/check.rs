@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::engine::pipeline::Target;
 use crate::engine::run::{RunContext, StopReason};
 use crate::service::cli::files::{self, Outputs};
 use crate::service::cli::remesh::{known, report_json};
@@ -35,7 +36,7 @@ pub(super) struct CheckArgs {
 }
 
 pub(super) fn run(args: CheckArgs) -> Result<(), Failure> {
-    let resolved = args.spec.resolve()?;
+    let mut spec = args.spec.resolve()?.spec;
     let from = match &args.from {
         Some(name) => Some(known(Format::from_extension(name), name, "obj, glb, gltf, ply, stl, zip")?),
         None => files::extension(&args.input).and_then(Format::from_extension),
@@ -46,6 +47,10 @@ pub(super) fn run(args: CheckArgs) -> Result<(), Failure> {
     let mesh = files::read(&args.input, limits.upload_bytes)?;
     let quads = files::read(&args.quads, limits.upload_bytes)?;
     let quads = read_quads(&quads, to).map_err(|error| Problem::from(&error))?;
+    if !args.spec.names_target() {
+        // What counts as a feature depends on the density: short loose creases are none for large quads.
+        spec.target = Target::Quads((quads.quads.len() as u64).max(1));
+    }
 
     let pool = engine_pool(args.threads)?;
     let context = RunContext::silent();
@@ -53,7 +58,7 @@ pub(super) fn run(args: CheckArgs) -> Result<(), Failure> {
     let runtime = interrupt::runtime()?;
     runtime.spawn(interrupt::on_signal(move || stop.stop(StopReason::Client)));
     let input = Input { bytes: &mesh, format: from, limits: read_limits(&limits) };
-    let certificate = pool.install(|| check_quads(&context, &input, &quads, &resolved.spec))?;
+    let certificate = pool.install(|| check_quads(&context, &input, &quads, &spec))?;
     let mut outputs = Outputs::default();
     outputs.add("-".as_ref(), report_json(&certificate)?)?;
     outputs.publish()?;

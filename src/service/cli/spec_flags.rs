@@ -65,6 +65,11 @@ pub(super) struct SpecFlags {
 }
 
 impl SpecFlags {
+    /// Whether a density is asked for on the command line.
+    pub(super) fn names_target(&self) -> bool {
+        self.spec.is_some() || self.target_quads.is_some() || self.edge_length.is_some()
+    }
+
     /// The judged spec.
     pub(super) fn resolve(&self) -> Result<ResolvedSpec, Failure> {
         let mut document = match &self.spec {

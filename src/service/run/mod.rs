@@ -5,9 +5,11 @@
 
 mod check;
 mod deadline;
+mod driver;
 mod execute;
 mod memory;
 mod stage_clock;
 
 pub use check::{CertificateBody, check_quads};
+pub use driver::EngineDriver;
 pub use execute::{Input, Products, Wanted, engine_pool, execute, read_limits};
