@@ -1,5 +1,6 @@
 //! The engine's only door: a soup and a spec in, quads, map and report out.
 
+mod check;
 mod component;
 mod error;
 mod ladder;
@@ -10,6 +11,7 @@ mod spec;
 mod working;
 
 pub use crate::engine::certify::QuadReport;
+pub use check::check;
 pub use error::RemeshError;
 pub use outcome::MapOutcome;
 pub use remesh::{Outcome, remesh};

@@ -91,7 +91,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     Ok(Outcome { quads: draft.mesh, map, surface, report })
 }
 
-fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Result<f64, RemeshError> {
+pub(super) fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Result<f64, RemeshError> {
     let area = conditioned.mesh.total_area();
     match spec.target {
         Target::Quads(n) => Ok((area / n.max(1) as f64).sqrt()),
@@ -105,7 +105,12 @@ fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Result<f64, Reme
     }
 }
 
-fn features(conditioned: &Conditioned, soup: &TriangleSoup, spec: &RemeshSpec, edge_length: f64) -> Features {
+pub(super) fn features(
+    conditioned: &Conditioned,
+    soup: &TriangleSoup,
+    spec: &RemeshSpec,
+    edge_length: f64,
+) -> Features {
     let options = FeatureOptions {
         angle_degrees: spec.features.angle_degrees,
         materials: spec.features.materials,

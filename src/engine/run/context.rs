@@ -107,6 +107,20 @@ impl Observer for Silent {
     fn progress(&self, _: u32) {}
 }
 
+impl Observer for Box<dyn Observer> {
+    fn stage_begins(&self, stage: Stage) {
+        (**self).stage_begins(stage);
+    }
+
+    fn stage_ends(&self, stage: Stage) {
+        (**self).stage_ends(stage);
+    }
+
+    fn progress(&self, thousandths: u32) {
+        (**self).progress(thousandths);
+    }
+}
+
 /// Two listeners to one run.
 struct Both {
     first: RunContext,

@@ -6,4 +6,4 @@ mod start;
 
 pub use error::AppError;
 pub use running::Running;
-pub use start::{Role, start_with};
+pub use start::{Role, start, start_with};

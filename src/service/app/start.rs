@@ -13,6 +13,7 @@ use crate::service::app::{AppError, Running};
 use crate::service::config::Config;
 use crate::service::http::{HttpState, router};
 use crate::service::jobs::{Desk, Driver, EnginePool, Live, SqliteQueue, TicketQueue, Worker, sweep_until};
+use crate::service::run::{EngineDriver, read_limits};
 use crate::service::store::Store;
 
 /// An upload that is older than this was left behind by a process that is gone.
@@ -25,6 +26,12 @@ pub enum Role {
     All,
     /// Jobs only.
     Worker,
+}
+
+/// Starts the service; see [`Running`] for its end.
+pub async fn start(config: Config, role: Role) -> Result<Running, AppError> {
+    let limits = read_limits(&config.limits);
+    start_with(config, role, Arc::new(EngineDriver { limits })).await
 }
 
 /// Starts the service with a driver of one's own; see [`Running`] for its end. Everything that can be wrong with the

@@ -46,8 +46,9 @@ pub(super) fn run(args: DemoArgs) -> Result<(), Failure> {
     }
     let config = args.serve.config(&defaults)?;
     telemetry::start(&config.log).map_err(|error| Failure::Usage(error.to_string()))?;
-    let soup = sample(&args.sample, TRIANGLES, 0.0, 0)
-        .ok_or_else(|| Failure::Usage(format!("there is no sample {}; quadrille sample --list shows all", args.sample)))?;
+    let soup = sample(&args.sample, TRIANGLES, 0.0, 0).ok_or_else(|| {
+        Failure::Usage(format!("there is no sample {}; quadrille sample --list shows all", args.sample))
+    })?;
     std::fs::create_dir_all(&folder)
         .map_err(|error| Failure::Usage(format!("cannot make the folder {FOLDER}: {error}")))?;
 
@@ -149,7 +150,8 @@ fn print_figures(report: &ReportBody) {
 
 async fn json<T: DeserializeOwned>(request: reqwest::RequestBuilder) -> Result<T, Failure> {
     let bytes = bytes(request).await?;
-    serde_json::from_slice(&bytes).map_err(|error| Failure::Output(format!("the server's answer is not as agreed: {error}")))
+    serde_json::from_slice(&bytes)
+        .map_err(|error| Failure::Output(format!("the server's answer is not as agreed: {error}")))
 }
 
 async fn bytes(request: reqwest::RequestBuilder) -> Result<Vec<u8>, Failure> {

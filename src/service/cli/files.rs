@@ -42,7 +42,11 @@ pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{} is a folder; name a file", path.display())));
     }
     let folder = folder_of(path);
-    if folder.is_dir() { Ok(()) } else { Err(Failure::Usage(format!("the folder {} does not exist", folder.display()))) }
+    if folder.is_dir() {
+        Ok(())
+    } else {
+        Err(Failure::Usage(format!("the folder {} does not exist", folder.display())))
+    }
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -5,14 +5,14 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use crate::engine::run::StopReason;
+use crate::engine::run::{RunContext, StopReason};
 use crate::service::cli::files::{self, Outputs};
 use crate::service::cli::progress::ProgressMode;
 use crate::service::cli::spec_flags::SpecFlags;
 use crate::service::cli::{Failure, interrupt};
 use crate::service::config::Config;
 use crate::service::formats::{Format, MapFormat, QuadFormat};
-use crate::service::run::{Input, Products, Run, Wanted, engine_pool, read_limits};
+use crate::service::run::{Input, Products, Wanted, engine_pool, execute, read_limits};
 
 /// Arguments of `remesh`.
 #[derive(Debug, Args)]
@@ -97,10 +97,10 @@ pub(super) fn run(args: RemeshArgs) -> Result<(), Failure> {
     let bytes = files::read(&args.input, limits.upload_bytes)?;
     let pool = engine_pool(args.threads)?;
 
-    let run = Run::new(resolved.spec.seed, args.progress.observer());
-    let context = run.context().clone();
+    let context = RunContext::new(resolved.spec.seed, args.progress.observer());
+    let stop = context.clone();
     let runtime = interrupt::runtime()?;
-    let signals = runtime.spawn(interrupt::on_signal(move || context.stop(StopReason::Client)));
+    let signals = runtime.spawn(interrupt::on_signal(move || stop.stop(StopReason::Client)));
     let wanted = Wanted {
         quads: vec![plan.to],
         map: plan.map.iter().map(|(_, format)| *format).collect(),
@@ -108,9 +108,10 @@ pub(super) fn run(args: RemeshArgs) -> Result<(), Failure> {
     };
     let input = Input { bytes: &bytes, format: plan.from, limits: read_limits(&limits) };
     let deadline = Duration::from_secs_f64(resolved.options.deadline_s);
-    let outcome = run.execute(&pool, &input, &resolved.spec, &wanted, deadline);
+    let outcome = pool.install(|| execute(&context, &input, &resolved.spec, &wanted, deadline));
     signals.abort();
-    drop(run);
+    // The bar lives as long as the last handle: it must be gone before anything else is printed.
+    drop((context, runtime));
     match outcome {
         Ok(products) => {
             let summary = summary(&products, start.elapsed());
@@ -176,4 +177,3 @@ fn summary(products: &Products, took: Duration) -> String {
         took.as_secs_f64()
     )
 }
-

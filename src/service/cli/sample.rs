@@ -7,8 +7,8 @@ use clap::Args;
 
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::shapes::{SHAPES, sample};
-use crate::service::cli::files::{self, Outputs};
 use crate::service::cli::Failure;
+use crate::service::cli::files::{self, Outputs};
 
 /// Most triangles that are made.
 const MAX_TRIANGLES: u64 = 4_000_000;
@@ -40,7 +40,11 @@ pub(super) fn run(args: SampleArgs) -> Result<(), Failure> {
     let (Some(name), Some(output), false) = (&args.name, &args.output, args.list) else {
         let mut list = String::new();
         for shape in SHAPES {
-            let _ = writeln!(list, "{:<18}{} Genus {}, {} boundaries.", shape.name, shape.about, shape.genus, shape.boundaries);
+            let _ = writeln!(
+                list,
+                "{:<18}{} Genus {}, {} boundaries.",
+                shape.name, shape.about, shape.genus, shape.boundaries
+            );
         }
         let mut outputs = Outputs::default();
         outputs.add(&PathBuf::from("-"), list.into_bytes())?;

@@ -44,8 +44,8 @@ pub fn check_quads(
     let soup = ctx.stage(Stage::Read, || {
         read_soup(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
     })?;
-    let certificate = check(ctx, &soup, quads, spec)
-        .map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
+    let certificate =
+        check(ctx, &soup, quads, spec).map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
     let failed = certificate.violations.iter().map(|violation| FailedCheck {
         message: violation.to_string(),
         count: violation.count,

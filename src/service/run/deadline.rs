@@ -1,6 +1,7 @@
 //! The timer of a run.
 
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crate::engine::run::{RunContext, StopReason};
@@ -8,7 +9,8 @@ use crate::engine::run::{RunContext, StopReason};
 /// Stops the run with [`StopReason::Deadline`] unless dropped before.
 #[derive(Debug)]
 pub(super) struct Deadline {
-    _wakes_the_timer_when_dropped: Sender<()>,
+    alive: Option<Sender<()>>,
+    timer: Option<JoinHandle<()>>,
 }
 
 impl Deadline {
@@ -20,10 +22,21 @@ impl Deadline {
                 context.stop(StopReason::Deadline);
             }
         });
-        if let Err(error) = timer {
+        if let Err(error) = &timer {
             tracing::warn!(%error, "the run goes on without a deadline");
         }
-        Self { _wakes_the_timer_when_dropped: alive }
+        Self { alive: Some(alive), timer: timer.ok() }
+    }
+}
+
+impl Drop for Deadline {
+    /// Wakes the timer and waits for it: afterwards nobody but the caller holds the context.
+    fn drop(&mut self) {
+        drop(self.alive.take());
+        if let Some(timer) = self.timer.take() {
+            // It cannot panic, and if it did there would be nothing to do about it here.
+            let _ = timer.join();
+        }
     }
 }
 

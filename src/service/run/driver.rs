@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::engine::run::RunContext;
 use crate::service::formats::{Format, MapFormat, QuadFormat, ReadError, ReadLimits, read_quads, read_soup};
 use crate::service::jobs::{Driver, InputFile, Inspection, Made, Products};
-use crate::service::preview::preview_png;
+use crate::service::run::execute::draw;
 use crate::service::run::{Input, Wanted, execute};
 use crate::service::wire::{Problem, ResolvedSpec};
 
@@ -62,7 +62,7 @@ impl Driver for EngineDriver {
             tracing::error!(%error, "stored quads cannot be read");
             Problem::internal()
         })?;
-        Ok(preview_png(&quads, size))
+        draw(&quads, size)
     }
 }
 

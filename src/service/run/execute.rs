@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use crate::engine::certify::certify;
-use crate::engine::mesh::locate::SurfaceIndex;
+use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::{Outcome, RemeshSpec, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage, StopReason};
@@ -104,12 +104,7 @@ pub fn execute(
     Ok(products)
 }
 
-fn steps(
-    ctx: &RunContext,
-    input: &Input<'_>,
-    spec: &RemeshSpec,
-    wanted: &Wanted,
-) -> Result<Products, Problem> {
+fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted) -> Result<Products, Problem> {
     let soup = ctx.stage(Stage::Read, || {
         read_soup(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
     })?;
@@ -162,8 +157,16 @@ fn write(ctx: &RunContext, outcome: Outcome, wanted: &Wanted) -> Result<Products
         singularities: &map.singularities,
     });
     let map = map.iter().flat_map(|view| wanted.map.iter().map(|&format| (format, write_map(view, format)))).collect();
-    let preview = wanted.preview.map(|size| preview_png(&outcome.quads, size));
+    let preview = wanted.preview.map(|size| draw(&outcome.quads, size)).transpose()?;
     Ok(Products { quads, map, preview, report })
+}
+
+/// A square PNG of the quads, `size` pixels wide.
+pub(super) fn draw(quads: &QuadMesh, size: u32) -> Result<Vec<u8>, Problem> {
+    preview_png(quads, size as usize).map_err(|error| {
+        tracing::error!(%error, "the picture cannot be encoded");
+        Problem::internal()
+    })
 }
 
 fn not_certified(why: &str) -> Problem {
