@@ -24,7 +24,7 @@ pub struct FieldOptions {
 }
 
 /// Normalised solves after the first, each with half the time step of the last.
-const NORMALISED_SOLVES: usize = 4;
+const NORMALISED_SOLVES: usize = 3;
 
 /// Smooths a cross field. `is_feature` is a flag per halfedge (features and boundary).
 ///
@@ -40,7 +40,7 @@ pub fn smooth_cross_field(
 ) -> Result<CrossField, FieldError> {
     let fixed = fixed_crosses(mesh, frames, is_feature);
     let (alignment, target) = alignment(mesh, guidance, options);
-    let system = System::new(mesh, frames, &fixed);
+    let mut system = System::new(mesh, frames, &fixed);
     let pull: f64 = alignment.iter().sum();
     let stiffness: f64 = system.diagonal.iter().sum();
     let mut c: Vec<c64> = if fixed.iter().any(Option::is_some) || pull > 1e-6 * stiffness {
@@ -48,7 +48,7 @@ pub fn smooth_cross_field(
         let rhs: Vec<c64> = alignment.iter().zip(&target).map(|(a, q)| *q * *a).collect();
         system.solve(&shift, &rhs)?
     } else {
-        smallest_eigenvector(ctx, mesh, &system)?
+        smallest_eigenvector(ctx, mesh, &mut system)?
     };
     normalise(&mut c);
     let mass: Vec<f64> = (0..mesh.n_faces()).map(|f| mesh.area(f)).collect();
@@ -113,6 +113,8 @@ struct System {
     /// Right-hand side from fixed faces, per unknown.
     from_fixed: Vec<c64>,
     fixed: Vec<Option<c64>>,
+    /// The last factor, for its pattern.
+    factor: Option<Cholesky<c64>>,
 }
 
 impl System {
@@ -149,21 +151,26 @@ impl System {
                 (None, None) => {}
             }
         }
-        Self { unknown, n: n as usize, off_diagonal, diagonal, from_fixed, fixed: fixed.to_vec() }
+        Self { unknown, n: n as usize, off_diagonal, diagonal, from_fixed, fixed: fixed.to_vec(), factor: None }
     }
 
-    fn factor(&self, shift: &[f64]) -> Result<Cholesky<c64>, FieldError> {
+    fn factor(&mut self, shift: &[f64]) -> Result<&Cholesky<c64>, FieldError> {
         let mut entries = self.off_diagonal.clone();
         for (f, unknown) in self.unknown.iter().enumerate() {
             if let Some(u) = *unknown {
                 entries.push((u, u, c64::new(self.diagonal[f] + shift[f], 0.0)));
             }
         }
-        Ok(Cholesky::new(&HermitianMatrix::from_lower(self.n, &entries))?)
+        let matrix = HermitianMatrix::from_lower(self.n, &entries);
+        let factor = match &self.factor {
+            Some(last) => last.refactor(&matrix)?,
+            None => Cholesky::new(&matrix)?,
+        };
+        Ok(self.factor.insert(factor))
     }
 
     /// Solves (A + shift) c = rhs + contributions of the fixed faces; fixed faces keep their cross.
-    fn solve(&self, shift: &[f64], rhs: &[c64]) -> Result<Vec<c64>, FieldError> {
+    fn solve(&mut self, shift: &[f64], rhs: &[c64]) -> Result<Vec<c64>, FieldError> {
         let mut x = self.from_fixed.clone();
         for (f, unknown) in self.unknown.iter().enumerate() {
             if let Some(u) = *unknown {
@@ -190,12 +197,13 @@ impl System {
 }
 
 /// Inverse iteration for the smoothest field of all when nothing pins it down.
-fn smallest_eigenvector(ctx: &RunContext, mesh: &TriMesh, system: &System) -> Result<Vec<c64>, FieldError> {
+fn smallest_eigenvector(ctx: &RunContext, mesh: &TriMesh, system: &mut System) -> Result<Vec<c64>, FieldError> {
     let scale: f64 = system.diagonal.iter().sum::<f64>() / system.n.max(1) as f64;
+    let n = system.n;
     let factor = system.factor(&vec![1e-8 * scale; mesh.n_faces()])?;
     // A start without symmetry, the same in every run with this seed.
     let mut state = ctx.seed() ^ 0x9e37_79b9_7f4a_7c15;
-    let mut x: Vec<c64> = (0..system.n)
+    let mut x: Vec<c64> = (0..n)
         .map(|_| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             unit((state >> 11) as f64 / (1u64 << 53) as f64 * std::f64::consts::TAU)

@@ -3,12 +3,13 @@
 //! Everything here is sequential on purpose: the factorisation is the same to the last bit whatever the number of
 //! threads, and the cores are used for independent components instead.
 
+use std::ops::Add;
 use std::sync::Once;
 
 use faer::Side;
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, Triplet};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::traits::ComplexField;
 
 /// A linear solve failed.
@@ -34,20 +35,66 @@ pub struct HermitianMatrix<T> {
     lower: SparseColMat<u32, T>,
 }
 
-impl<T: ComplexField + Copy> HermitianMatrix<T> {
+impl<T: ComplexField + Copy + Add<Output = T>> HermitianMatrix<T> {
     /// Sums (row, column, value) entries of the lower triangle of an `n` × `n` matrix, row ≥ column. Entries of the
-    /// upper triangle are a bug of the caller: they would be ignored by the factorisation. O(nnz log nnz).
+    /// upper triangle are a bug of the caller: they would be ignored by the factorisation. Entries at one place are
+    /// summed in the order given. O(nnz log d) with d entries in a column.
     pub fn from_lower(n: usize, entries: &[(u32, u32, T)]) -> Self {
         debug_assert!(entries.iter().all(|&(r, c, _)| r >= c && (r as usize) < n));
-        let triplets: Vec<_> = entries.iter().map(|&(r, c, v)| Triplet::new(r, c, v)).collect();
-        let lower = SparseColMat::try_new_from_triplets(n, n, &triplets).expect("indices are below n");
-        Self { lower }
+        let columns = by_column(n, entries);
+        let mut starts = Vec::with_capacity(n + 1);
+        let mut rows: Vec<u32> = Vec::with_capacity(columns.len());
+        let mut values: Vec<T> = Vec::with_capacity(columns.len());
+        starts.push(0u32);
+        let mut i = 0;
+        for column in 0..n as u32 {
+            let first = rows.len();
+            while let Some(&(r, _, v)) = columns.get(i).filter(|e| e.1 == column) {
+                match rows.last() {
+                    Some(&last) if rows.len() > first && last == r => {
+                        let sum = values.len() - 1;
+                        values[sum] = values[sum] + v;
+                    }
+                    _ => {
+                        rows.push(r);
+                        values.push(v);
+                    }
+                }
+                i += 1;
+            }
+            starts.push(rows.len() as u32);
+        }
+        let symbolic = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
+        Self { lower: SparseColMat::new(symbolic, values) }
     }
 
     /// Number of rows.
     pub fn n(&self) -> usize {
         self.lower.ncols()
     }
+}
+
+/// The entries sorted by column, then row; entries at one place keep their order. A counting sort by column, then short
+/// sorts: assembly would otherwise cost more than the factorisation.
+pub fn by_column<T: Copy>(n: usize, entries: &[(u32, u32, T)]) -> Vec<(u32, u32, T)> {
+    let mut start = vec![0usize; n + 1];
+    for &(_, c, _) in entries {
+        start[c as usize + 1] += 1;
+    }
+    for c in 0..n {
+        start[c + 1] += start[c];
+    }
+    let mut next = start.clone();
+    let mut sorted = entries.to_vec();
+    for &entry in entries {
+        let at = &mut next[entry.1 as usize];
+        sorted[*at] = entry;
+        *at += 1;
+    }
+    for c in 0..n {
+        sorted[start[c]..start[c + 1]].sort_by_key(|e| e.0);
+    }
+    sorted
 }
 
 /// A factorisation A = L Lᴴ.
@@ -58,7 +105,7 @@ pub struct Cholesky<T: ComplexField> {
     n: usize,
 }
 
-impl<T: ComplexField + Copy> Cholesky<T> {
+impl<T: ComplexField + Copy + Add<Output = T>> Cholesky<T> {
     /// Analyses and factors a positive definite matrix.
     ///
     /// # Errors

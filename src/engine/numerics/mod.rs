@@ -3,5 +3,5 @@
 mod cholesky;
 mod dense;
 
-pub use cholesky::{Cholesky, HermitianMatrix, SolveError};
+pub use cholesky::{Cholesky, HermitianMatrix, SolveError, by_column};
 pub use dense::positive_definite_inverse;

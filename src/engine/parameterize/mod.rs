@@ -10,7 +10,9 @@ mod rounding;
 mod seamless_map;
 #[cfg(test)]
 mod tests;
+mod untangle;
 
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
 pub use measure::{MapMeasures, gradients, measure_map, seam_residual, singular_values};
 pub use seamless_map::{MapError, MapSystem, RoundedIntegers};
+pub use untangle::untangle;

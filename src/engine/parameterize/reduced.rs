@@ -4,6 +4,7 @@
 use crate::engine::numerics::Cholesky;
 use crate::engine::numerics::HermitianMatrix;
 use crate::engine::numerics::SolveError;
+use crate::engine::numerics::by_column;
 use crate::engine::parameterize::elimination::RealForm;
 use crate::engine::parameterize::poisson::Quadratic;
 
@@ -127,6 +128,11 @@ impl Reduced {
         Cholesky::new(&HermitianMatrix::from_lower(self.b_z.len(), &self.zz))
     }
 
+    /// Factors the continuous block of the same unknowns with other weights.
+    pub(super) fn factor_like(&self, factor: &Cholesky<f64>) -> Result<Cholesky<f64>, SolveError> {
+        factor.refactor(&HermitianMatrix::from_lower(self.b_z.len(), &self.zz))
+    }
+
     /// The best continuous unknowns for given integers: `L_zz z = scale · b_z − L_zq q`.
     pub(super) fn solve_continuous(&self, factor: &Cholesky<f64>, scale: f64, q: &[f64]) -> Vec<f64> {
         let mut z: Vec<f64> = self.b_z.iter().map(|b| scale * b).collect();
@@ -142,9 +148,8 @@ impl Reduced {
 
 /// Sums entries at the same place.
 fn merge(entries: &[(u32, u32, f64)]) -> Vec<(u32, u32, f64)> {
-    let mut sorted = entries.to_vec();
-    // A stable sort, so that sums are taken in the same order in every run.
-    sorted.sort_by_key(|&(r, c, _)| (c, r));
+    let n = entries.iter().map(|&(_, c, _)| c as usize + 1).max().unwrap_or(0);
+    let sorted = by_column(n, entries);
     let mut merged: Vec<(u32, u32, f64)> = Vec::with_capacity(sorted.len() / 2);
     for (r, c, v) in sorted {
         match merged.last_mut() {

@@ -176,7 +176,7 @@ impl MapSystem {
     ) -> Result<GridMap, MapError> {
         let raw = assemble(mesh, frames, &self.direction, weight, &self.forms);
         let reduced = Reduced::new(&raw, &self.unknowns);
-        let factor = reduced.factor()?;
+        let factor = reduced.factor_like(&self.factor)?;
         let z = reduced.solve_continuous(&factor, rounded.scale, &rounded.q);
         self.grid_map(mesh, &z, &rounded.q)
     }

@@ -6,7 +6,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::engine::certify::certify;
-use crate::engine::fallback::split_draft;
+use crate::engine::fallback::{fallback_draft, split_draft};
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::methods::quad_cover::{QuadCoverMap, QuadCoverOptions, quad_cover};
 use crate::engine::pipeline::component::Component;
@@ -77,7 +77,9 @@ pub(super) fn climb(
     let mut last = String::new();
     for level in [Level::L3, Level::L4] {
         let draft = match level {
-            Level::L3 => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
+            Level::L3 => ctx.stage(Stage::Fallback, || {
+                fallback_draft(ctx, &component.surface, &index, component.quads.ceil() as usize)
+            })?,
             _ => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
         };
         let (draft, cause) = finish(ctx, component, &index, draft)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::mesh::refine;
+use crate::engine::mesh::{IsotropicOptions, remesh_isotropic};
 use crate::engine::pipeline::spec::WorkingMesh;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
@@ -19,22 +19,23 @@ pub(super) struct Working {
     corner_of: BTreeMap<u32, u32>,
 }
 
-/// Longest triangle edge relative to a quad edge: singularities need triangles between them.
-const EDGE_SHARE: f64 = 0.5;
-/// Most triangles of a working mesh made by refinement.
-const MAX_FACES: usize = 400_000;
+/// Triangle edge relative to a quad edge: singularities need triangles between them.
+const EDGE_SHARE: f64 = 0.42;
 
 /// Makes the working surface for quads of this edge length.
 pub(super) fn working_surface(
     ctx: &RunContext,
     surface: &Surface,
-    _index: &SurfaceIndex,
+    index: &SurfaceIndex,
     edge_length: f64,
     choice: WorkingMesh,
 ) -> Result<Working, Cancelled> {
     let working = match choice {
         WorkingMesh::Input => surface.clone(),
-        WorkingMesh::Auto => refine(ctx, surface, |_| EDGE_SHARE * edge_length, MAX_FACES)?.surface,
+        WorkingMesh::Auto => {
+            let options = IsotropicOptions::dense(EDGE_SHARE * edge_length);
+            remesh_isotropic(ctx, surface, index, &options)?
+        }
     };
     let key = |p: glam::DVec3| p.to_array().map(f64::to_bits);
     let at: BTreeMap<[u64; 3], u32> =

@@ -18,6 +18,7 @@ use crate::engine::parameterize::MapMeasures;
 use crate::engine::parameterize::MapSystem;
 use crate::engine::parameterize::RoundedIntegers;
 use crate::engine::parameterize::measure_map;
+use crate::engine::parameterize::untangle;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
@@ -104,7 +105,12 @@ pub fn quad_cover(
         ctx.stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners))?;
     ctx.stage(Stage::Round, || {
         let (rounded, grid, measures) = meet_count(ctx, working, &frames, &system, options)?;
-        let (grid, measures) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
+        let (mut grid, mut measures) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
+        if measures.flipped > 0 {
+            let pinned = pinned(working, &field);
+            untangle(ctx, mesh, &frames, &mut grid, &pinned, rounded.scale)?;
+            measures = measure_map(mesh, &frames, &grid, rounded.scale);
+        }
         Ok(QuadCoverMap {
             grid,
             scale: rounded.scale,
@@ -114,6 +120,15 @@ pub fn quad_cover(
             rounding_energy: rounded.rounding_energy,
         })
     })
+}
+
+/// Vertices that lie on integer points: singular ones and corners.
+fn pinned(working: &Surface, field: &CrossField) -> Vec<bool> {
+    let mut pinned: Vec<bool> = field.quarter_index.iter().map(|&q| q != 0).collect();
+    for &v in &working.features.corners {
+        pinned[v as usize] = true;
+    }
+    pinned
 }
 
 /// Rounds at the scale of the edge length, then at scales corrected by the area of the map, and keeps the best.

@@ -13,7 +13,7 @@ use crate::engine::parameterize::singular_values;
 use crate::engine::run::RunContext;
 
 /// Rounds of stiffening at most.
-const MAX_ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 2;
 /// Largest addition to a face's weight in one round.
 const MAX_ADDITION: f64 = 5.0;
 
