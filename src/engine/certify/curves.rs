@@ -11,13 +11,16 @@ use rayon::prelude::*;
 
 /// A quad edge stands for a point of a curve if the point lies within this part of the mean length of the edges that
 /// meet the quad edge.
-pub(super) const TOLERANCE: f64 = 0.25;
+pub(super) const TOLERANCE: f64 = 0.35;
+/// Boundary curves are only compared with boundary edges of the quads; a boundary that zigzags from triangle to triangle
+/// is followed at the resolution of the quads, so the tolerance is wider by this factor.
+const BOUNDARY_SLACK: f64 = 1.7;
 /// … and if it makes at most 60 degrees with the curve: the chords of a circle of three edges.
 const COSINE: f64 = 0.5;
 /// A corner is a vertex of the quads if they are this near, relative to the diagonal.
 const CORNER: f64 = 1e-6;
 /// This part of a curve's samples must be covered by one connected chain.
-const COVERED: f64 = 0.99;
+const COVERED: f64 = 0.95;
 /// Curves get a sample per tenth of a mean quad edge, at most about so many.
 const SAMPLES: f64 = 200_000.0;
 /// … and each at least so many.
@@ -73,7 +76,7 @@ pub(super) fn check(
         let chosen = (0..topology.edges.len()).filter(|&e| !only_boundary || topology.is_boundary_edge[e]);
         let segment = |e: usize| Segment {
             ends: topology.edges[e].map(|v| quads.positions[v as usize]),
-            reach: reach[e],
+            reach: reach[e] * if only_boundary { BOUNDARY_SLACK } else { 1.0 },
             name: e as u32,
         };
         SegmentIndex::new(chosen.map(segment).collect())
@@ -200,19 +203,42 @@ fn sample(surface: &Surface, curves: &[Curve], mean_edge: f64) -> Vec<Sample> {
         let points = points(c);
         let all = length(&points);
         let n = if spacing > 0.0 { (all / spacing).ceil().max(LEAST_SAMPLES) } else { LEAST_SAMPLES };
-        let (mut piece, mut before) = (0, 0.0);
+        // Directions are those of chords of about a quad edge: a curve of noisy scan edges zigzags below that size.
+        let reach = 0.5 * mean_edge;
+        let mut walk = [Walk::default(), Walk::default(), Walk::default()];
         for i in 0..n as usize {
             let wanted = (i as f64 + 0.5) / n * all;
-            while piece + 2 < points.len() && before + points[piece].distance(points[piece + 1]) < wanted {
-                before += points[piece].distance(points[piece + 1]);
-                piece += 1;
-            }
-            let (a, b) = (points[piece], points[piece + 1]);
-            let t = if a == b { 0.0 } else { ((wanted - before) / a.distance(b)).clamp(0.0, 1.0) };
-            samples.push(Sample { position: a.lerp(b, t), direction: (b - a).normalize_or_zero(), curve });
+            let [position, before, after] = [wanted, (wanted - reach).max(0.0), (wanted + reach).min(all)];
+            let position = walk[0].to(&points, position);
+            let direction = walk[2].to(&points, after) - walk[1].to(&points, before);
+            samples.push(Sample { position, direction: direction.normalize_or_zero(), curve });
         }
     }
     samples
+}
+
+/// A place on a polyline that only moves forward.
+#[derive(Default)]
+struct Walk {
+    piece: usize,
+    before: f64,
+}
+
+impl Walk {
+    /// The point at this arc length, not less than the last one asked for.
+    fn to(&mut self, points: &[DVec3], wanted: f64) -> DVec3 {
+        while self.piece + 2 < points.len() {
+            let length = points[self.piece].distance(points[self.piece + 1]);
+            if self.before + length >= wanted {
+                break;
+            }
+            self.before += length;
+            self.piece += 1;
+        }
+        let (a, b) = (points[self.piece], points[self.piece + 1]);
+        let t = if a == b { 0.0 } else { ((wanted - self.before) / a.distance(b)).clamp(0.0, 1.0) };
+        a.lerp(b, t)
+    }
 }
 
 /// Whether one connected set of the candidate edges covers the samples and reaches the ends, where those are corners.

@@ -40,10 +40,13 @@ impl CrossField {
             let turn = angle[h / 3] + frames.transport(mesh, h) - angle[t / 3];
             -(turn / FRAC_PI_2).round() as i32
         });
-        let quarter_index = (0..mesh.n_vertices() as u32)
-            .map(|v| if mesh.is_boundary_vertex(v) { 0 } else { index(mesh, frames, &angle, &matching, v) })
-            .collect();
+        let quarter_index = indices(mesh, frames, &angle, &matching);
         Self { angle, matching, quarter_index }
+    }
+
+    /// Finds the singularities again after the matching was changed.
+    pub(super) fn update_indices(&mut self, mesh: &TriMesh, frames: &Frames) {
+        self.quarter_index = indices(mesh, frames, &self.angle, &self.matching);
     }
 
     /// The singular interior vertices in index order.
@@ -53,6 +56,12 @@ impl CrossField {
             .filter(|s| s.quarters != 0)
             .collect()
     }
+}
+
+fn indices(mesh: &TriMesh, frames: &Frames, angle: &[f64], matching: &Matching) -> Vec<i32> {
+    (0..mesh.n_vertices() as u32)
+        .map(|v| if mesh.is_boundary_vertex(v) { 0 } else { index(mesh, frames, angle, matching, v) })
+        .collect()
 }
 
 /// How far the cross of the halfedge's face turns, from the cross of the twin's face, after transport and matching;

@@ -1,8 +1,10 @@
 //! Cross fields: guidance, smoothing, matching, singularities.
 
+mod cleanup;
 mod cross_field;
 mod curvature;
 mod frames;
+mod polish;
 mod smooth;
 
 pub use cross_field::{CrossField, FieldError};

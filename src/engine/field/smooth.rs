@@ -5,9 +5,11 @@
 //! their anisotropy over one quad. Faces at features and at the boundary are fixed. Normalising and solving again with
 //! a decreasing time step (Merriman–Bence–Osher, B.4) removes spurious dipoles.
 
+use crate::engine::field::cleanup::{cancel_pairs, open_sectors};
 use crate::engine::field::cross_field::{CrossField, FieldError};
 use crate::engine::field::curvature::Guidance;
 use crate::engine::field::frames::Frames;
+use crate::engine::field::polish::polish;
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::Cholesky;
 use crate::engine::numerics::HermitianMatrix;
@@ -25,6 +27,10 @@ pub struct FieldOptions {
 
 /// Normalised solves after the first, each with half the time step of the last.
 const NORMALISED_SOLVES: usize = 3;
+
+/// Singularities of opposite index nearer than this many quad edges are cancelled: the grid cannot hold them apart
+/// without bending far around.
+const PAIR_DISTANCE: f64 = 1.5;
 
 /// Smooths a cross field. `is_feature` is a flag per halfedge (features and boundary).
 ///
@@ -62,7 +68,14 @@ pub fn smooth_cross_field(
         step *= 0.5;
     }
     let angle = c.iter().map(|c| 0.25 * c.im.atan2(c.re)).collect();
-    Ok(CrossField::from_angles(mesh, frames, angle))
+    let mut field = CrossField::from_angles(mesh, frames, angle);
+    let cancelled = cancel_pairs(mesh, &mut field, is_feature, PAIR_DISTANCE * options.edge_length);
+    let opened = open_sectors(mesh, frames, &mut field, is_feature);
+    if cancelled + opened > 0 {
+        let is_fixed: Vec<bool> = fixed.iter().map(Option::is_some).collect();
+        polish(mesh, frames, &mut field, &is_fixed, &alignment)?;
+    }
+    Ok(field)
 }
 
 /// Crosses of faces that have a feature or boundary edge.

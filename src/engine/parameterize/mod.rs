@@ -8,6 +8,7 @@ mod poisson;
 mod reduced;
 mod rounding;
 mod seamless_map;
+mod separation;
 #[cfg(test)]
 mod tests;
 mod untangle;

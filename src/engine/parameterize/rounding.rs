@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::engine::numerics::Cholesky;
 use crate::engine::numerics::positive_definite_inverse;
 use crate::engine::parameterize::reduced::Reduced;
+use crate::engine::parameterize::separation::Separation;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
@@ -20,6 +21,11 @@ pub(super) struct Periods {
     /// Real optimum of the integers for scale 1; it grows in proportion to the scale.
     pub(super) optimum: Vec<f64>,
 }
+
+/// Times that violated separations are pulled apart.
+const MAX_PULLS: usize = 6;
+/// Stiffness of a pulled separation relative to the mean stiffness of an integer.
+const SPRING: f64 = 20.0;
 
 /// Columns solved for at once.
 const CHUNK: usize = 16;
@@ -79,17 +85,63 @@ impl Periods {
     }
 
     /// Fixes the unknown nearest to an integer, one at a time, the others following to their new optimum
-    /// ([bommes_2009]'s greedy rounding without solves), then improves by single and double steps.
-    pub(super) fn round(&self, ctx: &RunContext, scale: f64) -> Result<Vec<f64>, Cancelled> {
-        let mut q = self.greedy(ctx, scale)?;
-        self.descend(ctx, scale, &mut q)?;
-        Ok(q)
+    /// ([bommes_2009]'s greedy rounding without solves), then improves by single and double steps. Separations that the
+    /// result violates are pulled to their bound by a stiff spring and everything is rounded again, a few times; the
+    /// returned number counts those that stay violated.
+    pub(super) fn round(
+        &self,
+        ctx: &RunContext,
+        scale: f64,
+        separations: &[Separation],
+    ) -> Result<(Vec<f64>, usize), Cancelled> {
+        let target: Vec<f64> = self.optimum.iter().map(|o| scale * o).collect();
+        let mut q = self.greedy(ctx, &self.inverse, &target)?;
+        self.descend(ctx, scale, separations, &mut q)?;
+        let mut pulled: Vec<usize> = Vec::new();
+        let mut best = (violated(separations, &q).len(), q.clone());
+        for _ in 0..MAX_PULLS {
+            let violated = violated(separations, &q);
+            if violated.len() < best.0 {
+                best = (violated.len(), q.clone());
+            }
+            if violated.is_empty() {
+                break;
+            }
+            pulled.extend(violated);
+            pulled.sort_unstable();
+            pulled.dedup();
+            let Some((inverse, optimum)) = self.pull(&target, separations, &pulled) else { break };
+            q = self.greedy(ctx, &inverse, &optimum)?;
+            self.descend(ctx, scale, separations, &mut q)?;
+        }
+        let last = violated(separations, &q).len();
+        Ok(if last < best.0 { (q, last) } else { (best.1, best.0) })
     }
 
-    fn greedy(&self, ctx: &RunContext, scale: f64) -> Result<Vec<f64>, Cancelled> {
+    /// Inverse and optimum of the energy with a stiff spring on each pulled separation.
+    fn pull(&self, target: &[f64], separations: &[Separation], pulled: &[usize]) -> Option<(Vec<f64>, Vec<f64>)> {
         let n = self.n;
-        let mut q: Vec<f64> = self.optimum.iter().map(|o| scale * o).collect();
-        let mut covariance = self.inverse.clone();
+        let stiffness = SPRING * (0..n).map(|i| self.matrix[i * n + i]).sum::<f64>() / n.max(1) as f64;
+        let mut matrix = self.matrix.clone();
+        let mut b: Vec<f64> = (0..n).map(|i| dot(&self.matrix[i * n..(i + 1) * n], target)).collect();
+        for separation in pulled.iter().map(|&k| &separations[k]) {
+            let length = separation.value(target).max(1.0);
+            for &(i, c) in &separation.form {
+                for &(j, d) in &separation.form {
+                    matrix[i as usize * n + j as usize] += stiffness * c * d;
+                }
+                b[i as usize] += stiffness * c * length;
+            }
+        }
+        let inverse = positive_definite_inverse(n, &matrix)?;
+        let optimum = (0..n).map(|i| dot(&inverse[i * n..(i + 1) * n], &b)).collect();
+        Some((inverse, optimum))
+    }
+
+    fn greedy(&self, ctx: &RunContext, inverse: &[f64], target: &[f64]) -> Result<Vec<f64>, Cancelled> {
+        let n = self.n;
+        let mut q = target.to_vec();
+        let mut covariance = inverse.to_vec();
         let mut open: Vec<usize> = (0..n).collect();
         while !open.is_empty() {
             ctx.check()?;
@@ -116,8 +168,15 @@ impl Periods {
         Ok(q)
     }
 
-    /// Single steps ±1 and double steps of strongly coupled pairs while the energy falls (r-search with r ≤ 2).
-    pub(super) fn descend(&self, ctx: &RunContext, scale: f64, q: &mut [f64]) -> Result<(), Cancelled> {
+    /// Single steps ±1 and double steps of strongly coupled pairs while the energy falls (r-search with r ≤ 2). A step
+    /// that violates a separation is not taken.
+    fn descend(
+        &self,
+        ctx: &RunContext,
+        scale: f64,
+        separations: &[Separation],
+        q: &mut [f64],
+    ) -> Result<(), Cancelled> {
         let n = self.n;
         let p = |i: usize, j: usize| self.matrix[i * n + j];
         let mut gradient: Vec<f64> = {
@@ -127,6 +186,26 @@ impl Periods {
         let neighbours: Vec<Vec<usize>> = (0..n)
             .map(|i| (0..n).filter(|&j| j > i && p(i, j).abs() > 0.05 * (p(i, i) * p(j, j)).sqrt()).collect())
             .collect();
+        let mut concerns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n];
+        for (k, separation) in separations.iter().enumerate() {
+            for &(i, c) in &separation.form {
+                concerns[i as usize].push((k, c));
+            }
+        }
+        let mut value: Vec<f64> = separations.iter().map(|s| s.value(q)).collect();
+        // Whether these steps lower a separation below its bound.
+        let breaks = |value: &[f64], steps: &[(usize, f64)]| {
+            let mut touched: Vec<(usize, f64)> = Vec::new();
+            for &(i, s) in steps {
+                for &(k, c) in &concerns[i] {
+                    match touched.iter_mut().find(|t| t.0 == k) {
+                        Some(t) => t.1 += s * c,
+                        None => touched.push((k, s * c)),
+                    }
+                }
+            }
+            touched.iter().any(|&(k, change)| change < 0.0 && value[k] + change < 1.0)
+        };
         for _ in 0..20 * n.max(50) {
             ctx.check()?;
             let tolerance = 1e-12 * (1.0 + p(0, 0).abs());
@@ -134,13 +213,13 @@ impl Periods {
             for i in 0..n {
                 for s in [1.0, -1.0] {
                     let single = p(i, i) + s * gradient[i];
-                    if single < best.0 {
+                    if single < best.0 && !breaks(&value, &[(i, s)]) {
                         best = (single, vec![(i, s)]);
                     }
                     for &j in &neighbours[i] {
                         for t in [1.0, -1.0] {
                             let double = single + p(j, j) + t * gradient[j] + 2.0 * s * t * p(i, j);
-                            if double < best.0 {
+                            if double < best.0 && !breaks(&value, &[(i, s), (j, t)]) {
                                 best = (double, vec![(i, s), (j, t)]);
                             }
                         }
@@ -152,6 +231,9 @@ impl Periods {
             }
             for (i, s) in best.1 {
                 q[i] += s;
+                for &(k, c) in &concerns[i] {
+                    value[k] += s * c;
+                }
                 for (j, g) in gradient.iter_mut().enumerate() {
                     *g += 2.0 * s * p(i, j);
                 }
@@ -159,6 +241,10 @@ impl Periods {
         }
         Ok(())
     }
+}
+
+fn violated(separations: &[Separation], q: &[f64]) -> Vec<usize> {
+    (0..separations.len()).filter(|&k| separations[k].value(q) < 0.5).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -17,6 +17,7 @@ use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
 use crate::engine::parameterize::poisson::{Quadratic, assemble};
 use crate::engine::parameterize::reduced::{Reduced, Unknowns};
 use crate::engine::parameterize::rounding::Periods;
+use crate::engine::parameterize::separation::{Elements, separations};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::topology::CutGraph;
@@ -64,6 +65,7 @@ pub struct MapSystem {
     forms: CornerForms,
     unknowns: Unknowns,
     iso: Vec<Iso>,
+    special: Vec<u32>,
     /// Angle of grad u per face, in the combed charts.
     direction: Vec<f64>,
     reduced: Reduced,
@@ -80,6 +82,8 @@ pub struct RoundedIntegers {
     /// Grid units per model unit.
     pub scale: f64,
     q: Vec<f64>,
+    /// Neighbouring singularities, corners or curves that lie on the same grid point or line.
+    pub fallen_together: usize,
     /// Energy of the seamless map (real integers) relative to ½‖X‖².
     pub curl_energy: f64,
     /// Energy added by rounding, relative to ½‖X‖².
@@ -117,7 +121,19 @@ impl MapSystem {
         ctx.check()?;
         let factor = reduced.factor()?;
         let periods = Periods::new(ctx, &reduced, &factor)?.ok_or(MapError::Periods { n })?;
-        Ok(Self { cut, forms, unknowns, iso, direction, reduced, factor, periods, constant: raw.constant, integral })
+        Ok(Self {
+            cut,
+            forms,
+            unknowns,
+            iso,
+            special,
+            direction,
+            reduced,
+            factor,
+            periods,
+            constant: raw.constant,
+            integral,
+        })
     }
 
     /// Number of integers.
@@ -134,8 +150,18 @@ impl MapSystem {
     ///
     /// # Errors
     /// [`Cancelled`] if the run was stopped.
-    pub fn round(&self, ctx: &RunContext, scale: f64) -> Result<RoundedIntegers, Cancelled> {
-        let q = self.periods.round(ctx, scale)?;
+    pub fn round(&self, ctx: &RunContext, mesh: &TriMesh, scale: f64) -> Result<RoundedIntegers, Cancelled> {
+        let seamless: Vec<DVec2> = self.seamless_corners().iter().map(|z| *z * scale).collect();
+        let separations = separations(&Elements {
+            mesh,
+            cut: &self.cut,
+            forms: &self.forms,
+            unknowns: &self.unknowns,
+            iso: &self.iso,
+            special: &self.special,
+            seamless: &seamless,
+        });
+        let (q, fallen_together) = self.periods.round(ctx, scale, &separations)?;
         let norm = self.constant * scale * scale;
         let rounding_energy = 2.0 * self.periods.excess(scale, &q) / norm;
         // E* = constant − bᵀ x*: with x* the optimum of all unknowns, real integers included.
@@ -144,7 +170,7 @@ impl MapSystem {
         let gain: f64 = z.iter().zip(&self.reduced.b_z).map(|(z, b)| z * b).sum::<f64>()
             + real.iter().zip(&self.reduced.b_q).map(|(q, b)| q * b).sum::<f64>();
         let curl_energy = 2.0 * ((self.constant - gain) / self.constant).max(0.0);
-        Ok(RoundedIntegers { scale, q, curl_energy, rounding_energy })
+        Ok(RoundedIntegers { scale, q, fallen_together, curl_energy, rounding_energy })
     }
 
     /// The seamless map before rounding, for measuring: corner values in grid units at scale 1.

@@ -37,7 +37,7 @@ fn map(case: &Case) -> (MapSystem, RoundedIntegers, GridMap) {
     let mesh = &case.surface.mesh;
     let corners = &case.surface.features.corners;
     let system = MapSystem::new(&ctx, mesh, &case.frames, &case.field, &case.flags, corners).unwrap();
-    let rounded = system.round(&ctx, case.scale).unwrap();
+    let rounded = system.round(&ctx, mesh, case.scale).unwrap();
     let map = system.map(mesh, &rounded).unwrap();
     (system, rounded, map)
 }

@@ -8,11 +8,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::engine::certify::certify;
 use crate::engine::fallback::{fallback_draft, split_draft};
 use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::{IsotropicOptions, remesh_isotropic};
 use crate::engine::methods::quad_cover::{QuadCoverMap, QuadCoverOptions, quad_cover};
 use crate::engine::pipeline::component::Component;
 use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::spec::{Align, RemeshSpec};
-use crate::engine::pipeline::working::{Working, working_surface};
+use crate::engine::pipeline::working::{Working, corner_map, renumber_corners, working_surface};
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::extract::extract_quads;
 use crate::engine::quad::{OptimiseOptions, optimise};
@@ -75,29 +76,53 @@ pub(super) fn climb(
         ctx.check()?;
     }
     let mut last = String::new();
-    for level in [Level::L3, Level::L4] {
-        let draft = match level {
-            Level::L3 => ctx.stage(Stage::Fallback, || {
-                fallback_draft(ctx, &component.surface, &index, component.quads.ceil() as usize)
-            })?,
-            _ => ctx.stage(Stage::Fallback, || Ok::<_, Cancelled>(split_draft(&component.surface)))?,
-        };
+    for road in [Road::Paired, Road::SplitCoarse, Road::SplitInput] {
+        let draft = ctx.stage(Stage::Fallback, || road.draft(ctx, component, &index))?;
         let (draft, cause) = finish(ctx, component, &index, draft)?;
-        match cause {
-            None => return Ok(Ok(Solved { draft, level, map: kept_map, warnings })),
-            Some(cause) => {
-                warnings.push(format!("quads of level {level:?} were not certified: {cause}"));
-                last = cause;
-            }
-        }
-    }
-    // The split triangles lie in the surface: what the optimiser made of them is what fails, so leave them alone.
-    let draft = split_draft(&component.surface);
-    let certificate = certify(ctx, &component.surface, &index, &draft.mesh)?;
-    if certificate.certified {
-        return Ok(Ok(Solved { draft, level: Level::L4, map: kept_map, warnings }));
+        let level = road.level();
+        let Some(cause) = cause else {
+            return Ok(Ok(Solved { draft, level, map: kept_map, warnings }));
+        };
+        warnings.push(format!("quads of level {level:?} were not certified: {cause}"));
+        last = cause;
     }
     Ok(Err(last))
+}
+
+/// The roads without a map, from best to surest.
+#[derive(Clone, Copy)]
+enum Road {
+    /// Pairs of triangles of a coarse remesh, subdivided once.
+    Paired,
+    /// The triangles of a coarse remesh, split.
+    SplitCoarse,
+    /// The triangles of the input, split: the quads lie in the surface itself.
+    SplitInput,
+}
+
+impl Road {
+    fn level(self) -> Level {
+        match self {
+            Road::Paired => Level::L3,
+            Road::SplitCoarse | Road::SplitInput => Level::L4,
+        }
+    }
+
+    fn draft(self, ctx: &RunContext, component: &Component, index: &SurfaceIndex) -> Result<QuadDraft, Cancelled> {
+        let surface = &component.surface;
+        match self {
+            Road::Paired => fallback_draft(ctx, surface, index, component.quads.ceil() as usize),
+            Road::SplitCoarse => {
+                // Three quads to a triangle: triangles of 4/√3 squared edges have three squared quad edges of area.
+                let edge = component.edge_length * (3.0 * 4.0 / 3.0_f64.sqrt()).sqrt();
+                let options = IsotropicOptions { tolerance: 0.1 * edge, ..IsotropicOptions::coarse(edge) };
+                let coarse = remesh_isotropic(ctx, surface, index, &options)?;
+                let corner_of = corner_map(&coarse, surface);
+                Ok(renumber_corners(split_draft(&coarse), &corner_of))
+            }
+            Road::SplitInput => Ok(split_draft(surface)),
+        }
+    }
 }
 
 fn attempts(spec: &RemeshSpec) -> Vec<Attempt> {
@@ -144,13 +169,14 @@ fn by_map(
     let extracted =
         ctx.stage(Stage::Extract, || extract_quads(ctx, &working.surface.mesh, &working.surface.features, &map.grid));
     match extracted {
-        Ok(extraction) => Ok((working.to_surface(extraction.draft), (working, map))),
+        Ok(extraction) => Ok((renumber_corners(extraction.draft, &working.corner_of), (working, map))),
         Err(ExtractError::Cancelled(c)) => Err(Failure::Cancelled(c)),
         Err(e) => Err(Failure::Cause(e.to_string(), Some(Box::new((working, map))))),
     }
 }
 
-/// Optimises a draft and asks the certificate; the cause is what it found wrong.
+/// Optimises a draft and asks the certificate; the cause is what it found wrong. A draft that was certified as it came
+/// and is not once optimised is kept as it came.
 fn finish(
     ctx: &RunContext,
     component: &Component,
@@ -158,11 +184,14 @@ fn finish(
     draft: QuadDraft,
 ) -> Result<(QuadDraft, Option<String>), Cancelled> {
     let surface = &component.surface;
-    let draft = ctx.stage(Stage::Optimise, || {
+    let optimised = ctx.stage(Stage::Optimise, || {
         let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
-        optimise(ctx, surface, index, draft, &options)
+        optimise(ctx, surface, index, draft.clone(), &options)
     })?;
+    let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &optimised.mesh))?;
+    let Some(cause) = certificate.violations.first().map(ToString::to_string) else {
+        return Ok((optimised, None));
+    };
     let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &draft.mesh))?;
-    let cause = certificate.violations.first().map(ToString::to_string);
-    Ok((draft, cause))
+    Ok((draft, (!certificate.certified).then_some(cause)))
 }

@@ -16,7 +16,7 @@ use crate::engine::run::RunContext;
 pub(super) struct Working {
     pub(super) surface: Surface,
     /// Per corner of the working surface (sorted), the vertex of the original surface at the same place.
-    corner_of: BTreeMap<u32, u32>,
+    pub(super) corner_of: BTreeMap<u32, u32>,
 }
 
 /// Triangle edge relative to a quad edge: singularities need triangles between them.
@@ -37,26 +37,25 @@ pub(super) fn working_surface(
             remesh_isotropic(ctx, surface, index, &options)?
         }
     };
-    let key = |p: glam::DVec3| p.to_array().map(f64::to_bits);
-    let at: BTreeMap<[u64; 3], u32> =
-        surface.features.corners.iter().map(|&v| (key(surface.mesh.position(v)), v)).collect();
-    let corner_of = working
-        .features
-        .corners
-        .iter()
-        .filter_map(|&v| at.get(&key(working.mesh.position(v))).map(|&original| (v, original)))
-        .collect();
+    let corner_of = corner_map(&working, surface);
     Ok(Working { surface: working, corner_of })
 }
 
-impl Working {
-    /// A draft made on the working surface, its corners renumbered to the original surface.
-    pub(super) fn to_surface(&self, mut draft: QuadDraft) -> QuadDraft {
-        for anchor in &mut draft.anchors {
-            if let Anchor::Corner(v) = *anchor {
-                *anchor = self.corner_of.get(&v).map_or(Anchor::Curve, |&original| Anchor::Corner(original));
-            }
+/// Per corner of a remeshed surface, the vertex of the original at the same place.
+pub(super) fn corner_map(remeshed: &Surface, original: &Surface) -> BTreeMap<u32, u32> {
+    let key = |p: glam::DVec3| p.to_array().map(f64::to_bits);
+    let at: BTreeMap<[u64; 3], u32> =
+        original.features.corners.iter().map(|&v| (key(original.mesh.position(v)), v)).collect();
+    let corners = remeshed.features.corners.iter();
+    corners.filter_map(|&v| at.get(&key(remeshed.mesh.position(v))).map(|&home| (v, home))).collect()
+}
+
+/// A draft made on a remeshed surface, its corners renumbered to the original.
+pub(super) fn renumber_corners(mut draft: QuadDraft, corner_of: &BTreeMap<u32, u32>) -> QuadDraft {
+    for anchor in &mut draft.anchors {
+        if let Anchor::Corner(v) = *anchor {
+            *anchor = corner_of.get(&v).map_or(Anchor::Curve, |&home| Anchor::Corner(home));
         }
-        draft
     }
+    draft
 }

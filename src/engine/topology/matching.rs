@@ -37,6 +37,14 @@ impl Matching {
         self.quarters[h]
     }
 
+    /// Adds `k` quarter turns across `h`, and takes them away across its twin.
+    pub fn turn(&mut self, mesh: &TriMesh, h: usize, k: u8) {
+        if let Some(t) = mesh.twin(h) {
+            self.quarters[h] = (self.quarters[h] + k) & 3;
+            self.quarters[t] = (4 - self.quarters[h]) & 3;
+        }
+    }
+
     /// Turns the chart of face `f` by `k` quarter turns: `z_f := i^k z_f`, and adapts the rotations of its edges.
     pub(super) fn turn_chart(&mut self, mesh: &TriMesh, f: usize, k: u8) {
         for h in 3 * f..3 * f + 3 {
