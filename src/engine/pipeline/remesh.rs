@@ -35,6 +35,10 @@ pub struct Outcome {
     pub report: Report,
 }
 
+/// Loose feature chains shorter than this many quad edges are noise: a scan has hundreds, and each would cost
+/// singularities.
+const SHORTEST_FEATURE: f64 = 4.0;
+
 /// Most quads that an edge length may amount to.
 const MAX_QUADS: f64 = 1e7;
 
@@ -115,7 +119,7 @@ pub(super) fn features(
         angle_degrees: spec.features.angle_degrees,
         materials: spec.features.materials,
         explicit: spec.features.edges.clone(),
-        min_length: 2.0 * edge_length,
+        min_length: SHORTEST_FEATURE * edge_length,
     };
     detect_features(conditioned, soup, &options)
 }

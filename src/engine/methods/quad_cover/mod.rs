@@ -108,35 +108,8 @@ pub fn quad_cover(
         let (mut grid, mut measures) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
         if measures.flipped > 0 {
             let pinned = pinned(working, &field);
-            let before = measures.flipped;
             untangle(ctx, mesh, &frames, &mut grid, &pinned, rounded.scale)?;
             measures = measure_map(mesh, &frames, &grid, rounded.scale);
-            let mut deg = vec![(0, 0, 0)];
-            let mut list = vec![];
-            for f in 0..mesh.n_faces() {
-                let (a, b) = crate::engine::parameterize::singular_values(mesh, &frames, &grid.uv, f);
-                if b <= 1e-12 * a {
-                    let p = mesh.face(f).iter().filter(|&&v| pinned[v as usize]).count();
-                    let i =
-                        (3 * f..3 * f + 3).filter(|&h| grid.iso[h] != crate::engine::parameterize::Iso::None).count();
-                    deg[0].0 += p;
-                    deg[0].1 += i;
-                    if list.len() < 12 {
-                        list.push((
-                            f,
-                            p,
-                            i,
-                            a * mesh.area(f).sqrt(),
-                            b * mesh.area(f).sqrt(),
-                            mesh.face(f).map(|v| field.quarter_index[v as usize]),
-                        ));
-                    }
-                }
-            }
-            eprintln!(
-                "fallen {} flips {before} -> {} pinned/iso {deg:?} {list:.3?}",
-                rounded.fallen_together, measures.flipped
-            );
         }
         Ok(QuadCoverMap {
             grid,
