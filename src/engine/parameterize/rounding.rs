@@ -24,6 +24,8 @@ pub(super) struct Periods {
 
 /// Times that violated separations are pulled apart.
 const MAX_PULLS: usize = 6;
+/// With more integers than this, fewer pulls and steps: each pull inverts a dense matrix.
+const MANY_INTEGERS: usize = 400;
 /// Stiffness of a pulled separation relative to the mean stiffness of an integer.
 const SPRING: f64 = 20.0;
 
@@ -99,7 +101,7 @@ impl Periods {
         self.descend(ctx, scale, separations, &mut q)?;
         let mut pulled: Vec<usize> = Vec::new();
         let mut best = (violated(separations, &q).len(), q.clone());
-        for _ in 0..MAX_PULLS {
+        for _ in 0..if self.n > MANY_INTEGERS { 2 } else { MAX_PULLS } {
             let violated = violated(separations, &q);
             if violated.len() < best.0 {
                 best = (violated.len(), q.clone());
@@ -206,7 +208,8 @@ impl Periods {
             }
             touched.iter().any(|&(k, change)| change < 0.0 && value[k] + change < 1.0)
         };
-        for _ in 0..20 * n.max(50) {
+        let steps = if n > MANY_INTEGERS { 100 } else { 20 * n.max(50) };
+        for _ in 0..steps {
             ctx.check()?;
             let tolerance = 1e-12 * (1.0 + p(0, 0).abs());
             let mut best: (f64, Vec<(usize, f64)>) = (-tolerance, Vec::new());

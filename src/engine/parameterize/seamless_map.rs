@@ -55,8 +55,9 @@ pub enum MapError {
     },
 }
 
-/// Most integers for which the dense period matrix is formed (128 MB).
-const MAX_INTEGERS: usize = 4000;
+/// Most integers for which the dense period matrix is formed (18 MB, and
+/// seconds to round).
+const MAX_INTEGERS: usize = 1500;
 
 /// The linear system of all maps that follow one cross field on one component.
 #[derive(Clone, Debug)]

@@ -16,7 +16,7 @@ use crate::engine::pipeline::spec::{Align, RemeshSpec};
 use crate::engine::pipeline::working::{Working, corner_map, renumber_corners, working_surface};
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::extract::extract_quads;
-use crate::engine::quad::{OptimiseOptions, optimise};
+use crate::engine::quad::{OptimiseOptions, improve_connectivity, optimise};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
@@ -38,6 +38,11 @@ struct Attempt {
     smoothing: f64,
 }
 
+/// Flipped triangles of a map after which no other field is tried.
+const HOPELESS_FLIPS: usize = 400;
+/// Integers of a map after which no other field is tried: rounding them takes longer than a fallback.
+const HOPELESS_INTEGERS: usize = 500;
+
 /// Sweeps of the optimiser.
 const OPTIMISE_ITERATIONS: usize = 20;
 
@@ -54,6 +59,9 @@ pub(super) fn climb(
     let mut warnings = Vec::new();
     let mut kept_map = None;
     for attempt in attempts(spec) {
+        if kept_map.as_ref().is_some_and(is_hopeless) {
+            break;
+        }
         let result = catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, &attempt)));
         match result {
             Ok(Ok((draft, map))) => {
@@ -111,7 +119,10 @@ impl Road {
     fn draft(self, ctx: &RunContext, component: &Component, index: &SurfaceIndex) -> Result<QuadDraft, Cancelled> {
         let surface = &component.surface;
         match self {
-            Road::Paired => fallback_draft(ctx, surface, index, component.quads.ceil() as usize),
+            Road::Paired => {
+                let draft = fallback_draft(ctx, surface, index, component.quads.ceil() as usize)?;
+                improve_connectivity(ctx, surface, index, draft)
+            }
             Road::SplitCoarse => {
                 // Three quads to a triangle: triangles of 4/√3 squared edges have three squared quad edges of area.
                 let edge = component.edge_length * (3.0 * 4.0 / 3.0_f64.sqrt()).sqrt();
@@ -131,6 +142,12 @@ fn attempts(spec: &RemeshSpec) -> Vec<Attempt> {
         Attempt { density: 1.0, smoothing: 0.5 + 0.5 * spec.smoothing },
         Attempt { density: 1.25, smoothing: spec.smoothing },
     ]
+}
+
+/// Whether another try with another field would only take time: maps with this many flipped triangles come from detail
+/// far below the size of the quads.
+fn is_hopeless(map: &(Working, QuadCoverMap)) -> bool {
+    map.1.measures.flipped > HOPELESS_FLIPS || map.1.n_integers > HOPELESS_INTEGERS
 }
 
 enum Failure {
@@ -175,8 +192,8 @@ fn by_map(
     }
 }
 
-/// Optimises a draft and asks the certificate; the cause is what it found wrong. A draft that was certified as it came
-/// and is not once optimised is kept as it came.
+/// Optimises a draft and asks the certificate; the cause is what it found wrong. Where the optimised quads fail, their
+/// connectivity is improved once, and at last the draft is judged as it came.
 fn finish(
     ctx: &RunContext,
     component: &Component,
@@ -184,14 +201,20 @@ fn finish(
     draft: QuadDraft,
 ) -> Result<(QuadDraft, Option<String>), Cancelled> {
     let surface = &component.surface;
-    let optimised = ctx.stage(Stage::Optimise, || {
-        let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
-        optimise(ctx, surface, index, draft.clone(), &options)
-    })?;
-    let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &optimised.mesh))?;
-    let Some(cause) = certificate.violations.first().map(ToString::to_string) else {
-        return Ok((optimised, None));
+    let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
+    let judge = |draft: &QuadDraft| -> Result<Option<String>, Cancelled> {
+        let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &draft.mesh))?;
+        Ok(certificate.violations.first().map(ToString::to_string))
     };
-    let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &draft.mesh))?;
-    Ok((draft, (!certificate.certified).then_some(cause)))
+    let optimised = ctx.stage(Stage::Optimise, || optimise(ctx, surface, index, draft.clone(), &options))?;
+    let Some(cause) = judge(&optimised)? else { return Ok((optimised, None)) };
+    let improved = ctx.stage(Stage::Optimise, || {
+        let improved = improve_connectivity(ctx, surface, index, optimised)?;
+        optimise(ctx, surface, index, improved, &options)
+    })?;
+    if judge(&improved)?.is_none() {
+        return Ok((improved, None));
+    }
+    let as_it_came = judge(&draft)?;
+    Ok((draft, as_it_came.map(|_| cause)))
 }

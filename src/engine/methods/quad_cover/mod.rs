@@ -45,6 +45,8 @@ pub struct QuadCoverMap {
     pub scale: f64,
     /// The field that it follows.
     pub field: CrossField,
+    /// Number of integers that were rounded.
+    pub n_integers: usize,
     /// Its measures.
     pub measures: MapMeasures,
     /// Energy of the seamless map relative to ½‖X‖².
@@ -83,6 +85,8 @@ impl From<MapError> for QuadCoverError {
 const COUNT_TOLERANCE: f64 = 0.02;
 /// Scales tried at most.
 const MAX_SCALES: usize = 4;
+/// With more integers than this only two scales are tried: rounding is cubic in their number.
+const MANY_INTEGERS: usize = 400;
 
 /// Runs the method on the working mesh of one component.
 ///
@@ -114,6 +118,7 @@ pub fn quad_cover(
         Ok(QuadCoverMap {
             grid,
             scale: rounded.scale,
+            n_integers: system.n_integers(),
             field,
             measures,
             curl_energy: rounded.curl_energy,
@@ -141,10 +146,11 @@ fn meet_count(
 ) -> Result<(RoundedIntegers, GridMap, MapMeasures), QuadCoverError> {
     let mut scale = 1.0 / options.edge_length;
     let mut best: Option<(f64, RoundedIntegers, GridMap, MapMeasures)> = None;
-    for attempt in 0..MAX_SCALES {
+    let tries = if system.n_integers() > MANY_INTEGERS { 2 } else { MAX_SCALES };
+    for attempt in 0..tries {
         let rounded = system.round(ctx, &working.mesh, scale)?;
         let grid = match system.map(&working.mesh, &rounded) {
-            Err(e) if attempt + 1 == MAX_SCALES && best.is_none() => return Err(e.into()),
+            Err(e) if attempt + 1 == tries && best.is_none() => return Err(e.into()),
             Err(_) => {
                 // Fractions depend on the integers, hence on the scale: try one nearby.
                 scale *= 1.03;
