@@ -45,21 +45,27 @@ pub(super) fn split_fans(draft: Draft, tally: &mut Tally) -> Draft {
     }
 }
 
-/// Splits edges at their midpoint until no two edges have the same ends: a fan may meet a cut edge twice.
+/// Splits edges at their midpoint until no two edges have the same ends: a fan may meet a cut edge twice. Where the
+/// faces of a split edge lie on each other the new edges double too, hence the rounds; each halves what can coincide.
 pub(super) fn split_double_edges(draft: &mut Draft, tally: &mut Tally) {
+    loop {
+        let doubles = double_edges(draft);
+        if doubles.is_empty() {
+            return;
+        }
+        tally.add("double_edges_split", doubles.len());
+        // A split gives the side after the split one to a new face; no later split of the round moves it again.
+        let mut renamed = BTreeMap::new();
+        for h in doubles {
+            let h = renamed.get(&h).copied().unwrap_or(h);
+            renamed.extend(draft.split_edge(h));
+        }
+    }
+}
+
+/// A halfedge of every edge that has the same ends as an edge before it.
+fn double_edges(draft: &Draft) -> Vec<u32> {
     let sides = sorted_sides(&draft.faces);
-    let mut doubles = Vec::new();
-    for run in runs(&sides) {
-        let mut edges =
-            run.iter().map(|s| s.1).filter(|&h| draft.twin[h as usize] == NONE || h < draft.twin[h as usize]);
-        edges.next();
-        doubles.extend(edges);
-    }
-    tally.add("double_edges_split", doubles.len());
-    // A split gives the side after the split one to a new face; no later split moves it again.
-    let mut renamed = BTreeMap::new();
-    for h in doubles {
-        let h = renamed.get(&h).copied().unwrap_or(h);
-        renamed.extend(draft.split_edge(h));
-    }
+    let stands_for_edge = |&h: &u32| draft.twin[h as usize] == NONE || h < draft.twin[h as usize];
+    runs(&sides).flat_map(|run| run.iter().map(|s| s.1).filter(stands_for_edge).skip(1)).collect()
 }

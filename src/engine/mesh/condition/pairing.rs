@@ -163,12 +163,13 @@ fn join_straightest(blades: &[Blade], parity: &mut Parity, partner: &mut [u32]) 
         for (j, q) in blades.iter().enumerate().skip(i + 1) {
             let of_one_piece = p.patch == q.patch && p.ends != q.ends;
             let bend = ((q.angle - p.angle).abs() - PI).abs();
-            candidates.push((!of_one_piece, bend, i, j));
+            candidates.push((!of_one_piece, bend, p.ends == q.ends, i, j));
         }
     }
-    candidates.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)).then((p.2, p.3).cmp(&(q.2, q.3))));
+    // Of faces on top of each other, those that agree without being turned over.
+    candidates.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)).then((p.2, p.3, p.4).cmp(&(q.2, q.3, q.4))));
     let mut taken = vec![false; blades.len()];
-    for (_, _, i, j) in candidates {
+    for (_, _, _, i, j) in candidates {
         let (p, q) = (blades[i], blades[j]);
         if !taken[i] && !taken[j] && parity.unite(p.patch, q.patch, p.ends == q.ends) {
             taken[i] = true;

@@ -13,6 +13,10 @@ use crate::engine::mesh::prev;
 const SHARP_TURN: f64 = FRAC_PI_4 - 1e-9;
 /// Half the window, in mean edge lengths of the curve, over which a turn must persist.
 const WINDOW: f64 = 2.5;
+/// Median turn, in radians, from which a boundary is ragged.
+const RAGGED: f64 = 10.0 / 180.0 * PI;
+/// Half the window, in mean edge lengths, for ragged boundaries.
+const RAGGED_WINDOW: f64 = 6.0;
 
 /// Ends, junctions and sharp turns of feature curves; on the boundary also sharp turns of the boundary itself.
 pub(super) fn find_corners(mesh: &TriMesh, network: &Network, min_length: f64) -> Vec<u32> {
@@ -74,8 +78,14 @@ fn boundary_corners(mesh: &TriMesh, boundary: &[usize], min_length: f64) -> Vec<
     let turn: Vec<f64> = boundary.iter().map(|&h| PI - surface_angle(mesh, mesh.origin(h))).collect();
     let length: Vec<f64> =
         boundary.iter().map(|&h| mesh.position(mesh.target(h)).distance(mesh.position(mesh.origin(h)))).collect();
+    let perimeter = length.iter().sum::<f64>();
+    // Where the median vertex turns, but not by a corner, the boundary is cut raggedly: look at it from farther away.
+    let mut sorted: Vec<f64> = turn.iter().map(|t| t.abs()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let is_ragged = (RAGGED..SHARP_TURN).contains(&sorted[n / 2]);
+    let wanted = if is_ragged { RAGGED_WINDOW * perimeter / n as f64 } else { 0.0 };
     // Windows of a small hole must not reach around it: four corners of a square stay four.
-    let reach = (0.5 * min_length).min(length.iter().sum::<f64>() / 8.0);
+    let reach = (0.5 * min_length).max(wanted).min(perimeter / 8.0);
     let persists = |sum: f64, i: usize| sum * turn[i] > 0.0 && sum.abs() >= SHARP_TURN;
     let mut corners = Vec::new();
     for i in (0..n).filter(|&i| turn[i].abs() >= SHARP_TURN) {
