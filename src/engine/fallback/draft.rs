@@ -2,6 +2,7 @@
 
 use crate::engine::fallback::pair::pair_triangles;
 use crate::engine::fallback::subdivide::subdivide;
+use crate::engine::mesh::remesh::remesh_with_middles;
 use crate::engine::mesh::{IsotropicOptions, NONE, Surface, SurfaceIndex, remesh_isotropic};
 use crate::engine::quad::QuadDraft;
 use crate::engine::run::{Cancelled, RunContext};
@@ -36,9 +37,9 @@ pub fn fallback_draft(
     }
     let mut best: Option<(f64, QuadDraft)> = None;
     for _ in 0..TRIES {
-        let coarse = remesh_isotropic(ctx, start, original, &IsotropicOptions::coarse(edge))?;
-        let polygons = pair_triangles(ctx, &coarse)?;
-        let draft = subdivide(&coarse, &polygons, &surface.features.corners);
+        let coarse = remesh_with_middles(ctx, start, original, &IsotropicOptions::coarse(edge))?;
+        let polygons = pair_triangles(ctx, &coarse.surface)?;
+        let draft = subdivide(&coarse.surface, &polygons, &surface.features.corners, &coarse.curve_middles);
         let ratio = draft.mesh.quads.len() as f64 / target;
         let error = ratio.ln().abs();
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
@@ -56,5 +57,5 @@ pub fn fallback_draft(
 /// Level L4: every triangle of `surface` becomes three quads in its plane. Needs nothing but a valid surface.
 pub fn split_draft(surface: &Surface) -> QuadDraft {
     let polygons: Vec<_> = surface.mesh.faces().iter().map(|&[a, b, c]| [a, b, c, NONE]).collect();
-    subdivide(surface, &polygons, &surface.features.corners)
+    subdivide(surface, &polygons, &surface.features.corners, &[])
 }

@@ -7,9 +7,18 @@ use crate::engine::fallback::pair::Polygon;
 use crate::engine::mesh::{NONE, Surface};
 use crate::engine::quad::{Anchor, QuadDraft, QuadMesh};
 
+/// Sine of the flattest corner that a bent side may leave.
+const LEAST_SINE: f64 = 0.1;
+
 /// Subdivides polygons that cover `surface`, each a face or two of it. `corner_names` are the names of the surface's
-/// corners, in order.
-pub(super) fn subdivide(surface: &Surface, polygons: &[Polygon], corner_names: &[u32]) -> QuadDraft {
+/// corners, in order. `curve_middles` are (for sorted edges on curves) places for their middles, which are taken where
+/// no quad turns over; all other middles are straight.
+pub(super) fn subdivide(
+    surface: &Surface,
+    polygons: &[Polygon],
+    corner_names: &[u32],
+    curve_middles: &[([u32; 2], DVec3)],
+) -> QuadDraft {
     let mesh = &surface.mesh;
     let flags = surface.features.halfedge_flags(mesh);
     let mut anchors = vec![Anchor::Surface; mesh.n_vertices()];
@@ -64,7 +73,37 @@ pub(super) fn subdivide(surface: &Surface, polygons: &[Polygon], corner_names: &
             draft.mesh.quads.push([v, middle(v, after), centre, middle(before, v)]);
         }
     }
+    let bent: Vec<(u32, DVec3)> = curve_middles.iter().map(|&([a, b], p)| (middle(a, b), p)).collect();
+    bend(&mut draft, &bent);
     draft
+}
+
+/// Moves vertices to their places, and those of quads that turn over back again.
+fn bend(draft: &mut QuadDraft, places: &[(u32, DVec3)]) {
+    let QuadMesh { positions, quads } = &mut draft.mesh;
+    let straight = positions.clone();
+    for &(v, p) in places {
+        positions[v as usize] = p;
+    }
+    let sine = |positions: &[DVec3], q: &[u32; 4], k: usize, normal: DVec3| {
+        let [before, at, after] = [k + 3, k, k + 1].map(|i| positions[q[i % 4] as usize]);
+        let cross = (after - at).cross(before - at);
+        cross.dot(normal) / ((after - at).length() * (before - at).length()).max(f64::MIN_POSITIVE)
+    };
+    // Every round returns a vertex to its straight place, or is the last.
+    let mut again = !places.is_empty();
+    while std::mem::take(&mut again) {
+        for q in quads.iter() {
+            let [a, b, c, d] = q.map(|v| straight[v as usize]);
+            let normal = (c - a).cross(d - b).normalize_or_zero();
+            if (0..4).any(|k| sine(positions, q, k, normal) < LEAST_SINE) {
+                for &v in q {
+                    again |= positions[v as usize] != straight[v as usize];
+                    positions[v as usize] = straight[v as usize];
+                }
+            }
+        }
+    }
 }
 
 fn corners_of(polygon: &Polygon) -> &[u32] {

@@ -37,8 +37,8 @@ pub fn refine(
     let mut parent: Vec<u32> = (0..mesh.faces.len() as u32).collect();
     bisect(ctx, &mut mesh, &mut parent, max_edge, max_faces)?;
     make_room(ctx, &mut mesh, &mut parent)?;
-    let (surface, _) = mesh.finish().expect("splitting edges and faces of a manifold leaves a manifold");
-    Ok(Refined { surface, parent_face: parent })
+    let edited = mesh.finish().expect("splitting edges and faces of a manifold leaves a manifold");
+    Ok(Refined { surface: edited.surface, parent_face: parent })
 }
 
 pub(in crate::engine::mesh) fn bisect(

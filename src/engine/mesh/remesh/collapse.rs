@@ -45,7 +45,7 @@ impl Remesher<'_> {
             let Some((other, _)) = mesh.other_segment(fan_a, s) else { return false };
             let mut t = [mesh.curves.segment(s).t, mesh.curves.segment(other).t].concat();
             t.sort_unstable_by(f64::total_cmp);
-            if !mesh.curves.chord_is_close(s, t[0], t[3], self.options.tolerance) {
+            if !self.follows_curve(s, t[0], t[3]) {
                 return false;
             }
         }

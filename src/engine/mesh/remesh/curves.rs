@@ -2,7 +2,12 @@
 
 use glam::DVec3;
 
-use crate::engine::mesh::{NONE, Surface};
+use crate::engine::mesh::{NONE, Surface, closest_on_segment};
+
+/// How far a curve may stray from a chord, relative to the chord's length.
+const CLOSE_TO_CHORD: f64 = 0.2;
+/// Least cosine between a piece of a curve and the chord that stands for it.
+const ALONG_CHORD: f64 = 0.6;
 
 /// A polyline between two vertices that never move (for a loop: the same vertex twice).
 #[derive(Clone, Debug)]
@@ -114,15 +119,33 @@ impl Curves {
         if t1 > t0 { p0.lerp(p1, ((t - t0) / (t1 - t0)).clamp(0.0, 1.0)) } else { p0 }
     }
 
-    /// Whether the piece of the chain between `t0` and `t1` stays within `tolerance` of its chord.
+    /// Whether the chord of the chain between `t0` and `t1` (in either order) can stand for it: everywhere within
+    /// `tolerance` and a part of its own length, and never turned much against it.
     pub(in crate::engine::mesh) fn chord_is_close(&self, s: u32, t0: f64, t1: f64, tolerance: f64) -> bool {
         let chain = &self.chains[self.segments[s as usize].chain as usize];
+        let (t0, t1) = (t0.min(t1), t0.max(t1));
         let (a, b) = (self.point(s, t0), self.point(s, t1));
+        let chord = b - a;
+        let tolerance = tolerance.min(CLOSE_TO_CHORD * chord.length());
         let first = chain.arc.partition_point(|&arc| arc <= t0);
-        let last = chain.arc.partition_point(|&arc| arc < t1);
-        (first..last.max(first)).all(|i| {
-            crate::engine::mesh::closest_on_segment(chain.points[i], a, b).1.distance(chain.points[i]) <= tolerance
-        })
+        let last = chain.arc.partition_point(|&arc| arc < t1).max(first);
+        let direction = chord.normalize_or_zero();
+        let along = |p: DVec3, q: DVec3| (q - p).dot(direction) >= ALONG_CHORD * p.distance(q);
+        let near = |i: usize| closest_on_segment(chain.points[i], a, b).1.distance(chain.points[i]) <= tolerance;
+        let mut before = a;
+        for i in first..last {
+            if !near(i) || !along(before, chain.points[i]) {
+                return false;
+            }
+            before = chain.points[i];
+        }
+        first == last || along(before, b)
+    }
+
+    /// The middle of segment `s`, by arc length.
+    pub(in crate::engine::mesh) fn middle(&self, s: u32) -> DVec3 {
+        let [t0, t1] = self.segments[s as usize].t;
+        self.point(s, 0.5 * (t0 + t1))
     }
 
     /// Cuts segment `s` at arc length `t`, where vertex `m` stands: `s` keeps the piece at `a`, the new one is returned.

@@ -24,6 +24,14 @@ pub(in crate::engine::mesh) struct EditMesh {
     corners: Vec<u32>,
 }
 
+/// What editing led to.
+#[derive(Clone, Debug)]
+pub(in crate::engine) struct Edited {
+    pub(in crate::engine) surface: Surface,
+    /// Per feature or boundary edge (as lower and higher vertex, sorted), the middle of the curve that it stands for.
+    pub(in crate::engine) curve_middles: Vec<([u32; 2], DVec3)>,
+}
+
 impl EditMesh {
     pub(in crate::engine::mesh) fn new(surface: &Surface) -> Self {
         let mesh = &surface.mesh;
@@ -50,28 +58,32 @@ impl EditMesh {
         }
     }
 
-    /// The living part as a surface, and which faces of the edited mesh its faces are. Vertices and faces keep their
-    /// order, so the i-th corner is the i-th corner of the surface that the editing began with.
-    pub(in crate::engine::mesh) fn finish(&self) -> Result<(Surface, Vec<u32>), MeshError> {
+    /// The living part as a surface. Vertices and faces keep their order, so the i-th corner is the i-th corner of the
+    /// surface that the editing began with.
+    pub(in crate::engine::mesh) fn finish(&self) -> Result<Edited, MeshError> {
         let mut number = vec![NONE; self.positions.len()];
         let mut positions = Vec::new();
         for v in (0..self.positions.len()).filter(|&v| self.outgoing[v] != NONE) {
             number[v] = positions.len() as u32;
             positions.push(self.positions[v]);
         }
-        let living: Vec<u32> = (0..self.faces.len() as u32).filter(|&f| self.is_alive(f as usize)).collect();
-        let faces = living.iter().map(|&f| self.faces[f as usize].map(|v| number[v as usize])).collect();
-        let mut edges = Vec::new();
-        for h in living.iter().flat_map(|&f| 3 * f as usize..3 * f as usize + 3) {
-            if self.segment[h] != NONE && self.twin[h] != NONE && h < self.twin[h] as usize {
-                let (a, b) = (number[self.origin(h) as usize], number[self.target(h) as usize]);
-                edges.push([a.min(b), a.max(b)]);
+        let living = (0..self.faces.len()).filter(|&f| self.is_alive(f));
+        let faces = living.clone().map(|f| self.faces[f].map(|v| number[v as usize])).collect();
+        let (mut edges, mut curve_middles) = (Vec::new(), Vec::new());
+        for h in living.flat_map(|f| 3 * f..3 * f + 3).filter(|&h| self.is_edge_owner(h)) {
+            let Some(s) = self.segment(h) else { continue };
+            let (a, b) = (number[self.origin(h) as usize], number[self.target(h) as usize]);
+            let edge = [a.min(b), a.max(b)];
+            curve_middles.push((edge, self.curves.middle(s)));
+            if self.twin[h] != NONE {
+                edges.push(edge);
             }
         }
         edges.sort_unstable();
+        curve_middles.sort_unstable_by_key(|&(edge, _)| edge);
         let corners = self.corners.iter().map(|&v| number[v as usize]).collect();
         let surface = Surface { mesh: TriMesh::try_new(positions, faces)?, features: Features { edges, corners } };
-        Ok((surface, living))
+        Ok(Edited { surface, curve_middles })
     }
 
     pub(in crate::engine::mesh) fn is_alive(&self, f: usize) -> bool {

@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use crate::engine::mesh::refine::{bisect, make_room};
-use crate::engine::mesh::remesh::edit::EditMesh;
+use crate::engine::mesh::remesh::edit::{EditMesh, Edited};
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
 use crate::engine::run::{Cancelled, RunContext};
 
@@ -23,6 +23,9 @@ pub struct IsotropicOptions {
     /// Whether no face may have more than one edge on a feature curve or the boundary and no other edge may join two
     /// vertices of them, as the cross field and the map need it.
     pub room_at_features: bool,
+    /// Whether every curve edge will be cut once more at its curve's middle, so that not the edge but each of its halves
+    /// must be close to the curve.
+    pub halved_curves: bool,
     /// No edge is split once there are so many faces (room at features is made regardless).
     pub max_faces: usize,
 }
@@ -31,12 +34,13 @@ impl IsotropicOptions {
     /// A working mesh for the parameterisation: close to the surface, room at the features.
     pub fn dense(target_edge: f64) -> Self {
         let tolerance = 0.1 * target_edge;
-        Self { target_edge, tolerance, sweeps: 4, room_at_features: true, max_faces: 4_000_000 }
+        Self { target_edge, tolerance, sweeps: 4, room_at_features: true, halved_curves: false, max_faces: 4_000_000 }
     }
 
     /// A coarse mesh whose triangles become quads themselves.
     pub fn coarse(target_edge: f64) -> Self {
-        Self { tolerance: 0.25 * target_edge, room_at_features: false, ..Self::dense(target_edge) }
+        let tolerance = 0.2 * target_edge;
+        Self { tolerance, room_at_features: false, halved_curves: true, ..Self::dense(target_edge) }
     }
 }
 
@@ -57,6 +61,16 @@ pub fn remesh_isotropic(
     original: &SurfaceIndex,
     options: &IsotropicOptions,
 ) -> Result<Surface, Cancelled> {
+    Ok(remesh_with_middles(ctx, surface, original, options)?.surface)
+}
+
+/// [`remesh_isotropic`], and where the curves are between the ends of their edges.
+pub(in crate::engine) fn remesh_with_middles(
+    ctx: &RunContext,
+    surface: &Surface,
+    original: &SurfaceIndex,
+    options: &IsotropicOptions,
+) -> Result<Edited, Cancelled> {
     let mut work = Remesher::new(ctx, surface, original, *options);
     // Much too fine inputs lose most of their edges here, the shortest first, at the price of a few sweeps.
     for fraction in [0.125, 0.25, 0.5] {
@@ -73,8 +87,7 @@ pub fn remesh_isotropic(
         let mut parent = vec![0; work.mesh.faces.len()];
         make_room(ctx, &mut work.mesh, &mut parent)?;
     }
-    let (surface, _) = work.mesh.finish().expect("every operation was asked for and keeps a manifold");
-    Ok(surface)
+    Ok(work.mesh.finish().expect("every operation was asked for and keeps a manifold"))
 }
 
 /// The state of one remeshing.
@@ -122,6 +135,16 @@ impl<'a> Remesher<'a> {
         Ok(())
     }
 
+    /// Whether an edge between `t0` and `t1` can stand for its curve.
+    pub(super) fn follows_curve(&self, s: u32, t0: f64, t1: f64) -> bool {
+        let (curves, tolerance) = (&self.mesh.curves, self.options.tolerance);
+        if !self.options.halved_curves {
+            return curves.chord_is_close(s, t0, t1, tolerance);
+        }
+        let middle = 0.5 * (t0 + t1);
+        curves.chord_is_close(s, t0, middle, tolerance) && curves.chord_is_close(s, middle, t1, tolerance)
+    }
+
     pub(super) fn fan_normal(&self, fan: &[usize]) -> DVec3 {
         fan.iter().map(|&h| self.mesh.area_vector(h / 3)).sum::<DVec3>().normalize_or_zero()
     }
@@ -165,9 +188,11 @@ impl<'a> Remesher<'a> {
                 return false;
             }
             let centre = (new.points[0] + new.points[1] + new.points[2]) / 3.0;
-            let near = self.original.closest_where(centre, self.options.tolerance, |f| {
-                self.original.normal(f).dot(new.unit) > LEAST_AGREEMENT.min(before.agreement)
-            });
+            // However bad it was: the surface must face the same way near by.
+            let least = LEAST_AGREEMENT.min(before.agreement).max(0.1);
+            let near = self
+                .original
+                .closest_where(centre, self.options.tolerance, |f| self.original.normal(f).dot(new.unit) > least);
             return near.is_some();
         }
         true

@@ -10,6 +10,9 @@ mod relax;
 pub(in crate::engine) mod samples;
 #[cfg(test)]
 mod tests;
+mod working;
 
 pub(in crate::engine::mesh) use edit::EditMesh;
+pub(in crate::engine) use isotropic::remesh_with_middles;
 pub use isotropic::{IsotropicOptions, remesh_isotropic};
+pub use working::working_mesh;

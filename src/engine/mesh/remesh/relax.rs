@@ -73,9 +73,7 @@ impl Remesher<'_> {
         for fraction in [1.0, 0.5, 0.2, 0.0] {
             let to = t + fraction * (0.5 * (t0 + t1) - t);
             let p = self.mesh.curves.point(s, to);
-            let tolerance = self.options.tolerance;
-            let close = |other: f64| self.mesh.curves.chord_is_close(s, to.min(other), to.max(other), tolerance);
-            if fraction > 0.0 && !(close(t0) && close(t1)) {
+            if fraction > 0.0 && !(self.follows_curve(s, to, t0) && self.follows_curve(s, to, t1)) {
                 continue;
             }
             if self.move_is_forgiven(v, fan, p, DVec3::ZERO, &before) {

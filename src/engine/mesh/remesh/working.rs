@@ -1,0 +1,91 @@
+//! The triangles that a map lives on.
+
+use crate::engine::mesh::remesh::{IsotropicOptions, remesh_isotropic};
+use crate::engine::mesh::{Surface, SurfaceIndex, TriMesh, refine};
+use crate::engine::run::{Cancelled, RunContext};
+
+/// Faces per face of an ideal mesh from which on a mesh is much too fine.
+const TOO_FINE: f64 = 3.0;
+/// A triangle shaped worse (1 is equilateral, 0 has no area) is bad …
+const BAD_SHAPE: f64 = 0.1;
+/// … and so is a mesh with a larger part of such triangles.
+const BAD_PART: f64 = 0.02;
+
+/// A surface for the cross field and the map: no edge longer than about `max_edge`, room at the features, and if
+/// possible the very same surface: it is only refined, unless the triangles are much too many or badly shaped; then it
+/// is remeshed, within a tenth of `max_edge`. Corners keep their places and their order.
+///
+/// # Errors
+/// [`Cancelled`] only.
+pub fn working_mesh(
+    ctx: &RunContext,
+    surface: &Surface,
+    original: &SurfaceIndex,
+    max_edge: f64,
+    max_faces: usize,
+) -> Result<Surface, Cancelled> {
+    let mesh = &surface.mesh;
+    // Bisection halves lengths, so refined edges are three quarters of the allowed length on average.
+    let ideal = mesh.total_area() * 4.0 / 3f64.sqrt() / (0.75 * max_edge).powi(2);
+    let too_fine = |faces: usize| faces as f64 > (TOO_FINE * ideal).max(2000.0) || faces >= max_faces;
+    if !too_fine(mesh.n_faces()) && !is_badly_shaped(mesh) {
+        let refined = refine(ctx, surface, |_| max_edge, max_faces)?.surface;
+        if !too_fine(refined.mesh.n_faces()) {
+            return Ok(refined);
+        }
+    }
+    let options = IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * max_edge) };
+    remesh_isotropic(ctx, surface, original, &options)
+}
+
+fn is_badly_shaped(mesh: &TriMesh) -> bool {
+    let bad = (0..mesh.n_faces()).filter(|&f| {
+        let p = mesh.triangle(f);
+        let sides: f64 = (0..3).map(|k| p[k].distance_squared(p[(k + 1) % 3])).sum();
+        4.0 * 3f64.sqrt() * mesh.area(f) < BAD_SHAPE * sides
+    });
+    bad.count() as f64 > BAD_PART * mesh.n_faces() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mesh::remesh::samples;
+    use glam::DVec3;
+
+    fn longest_edge(mesh: &TriMesh) -> f64 {
+        (0..3 * mesh.n_faces())
+            .map(|h| mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h))))
+            .fold(0.0, f64::max)
+    }
+
+    fn work(surface: &Surface, max_edge: f64) -> Surface {
+        let index = SurfaceIndex::new(&surface.mesh);
+        working_mesh(&RunContext::silent(), surface, &index, max_edge, 1_000_000).unwrap()
+    }
+
+    #[test]
+    fn a_good_mesh_is_only_refined() {
+        let surface = samples::torus(24, 12);
+        let result = work(&surface, 0.1);
+        assert_eq!(&result.mesh.positions()[..surface.mesh.n_vertices()], surface.mesh.positions());
+        assert!(longest_edge(&result.mesh) <= 0.1);
+    }
+
+    #[test]
+    fn a_mesh_much_too_fine_becomes_coarser() {
+        let surface = samples::ball(5, |_| 1.0);
+        let result = work(&surface, 0.5);
+        assert!(result.mesh.n_faces() * 4 < surface.mesh.n_faces());
+        assert_eq!(result.mesh.topology(), surface.mesh.topology());
+    }
+
+    #[test]
+    fn needles_are_remeshed() {
+        let surface = samples::cuboid(DVec3::new(40.0, 1.0, 1.0));
+        let result = work(&surface, 0.5);
+        assert!(!is_badly_shaped(&result.mesh));
+        assert!(longest_edge(&result.mesh) < 1.0);
+        assert_eq!(result.features.corners.len(), 8);
+    }
+}
