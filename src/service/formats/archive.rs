@@ -17,6 +17,8 @@ const ZIP: &str = "zip";
 const HIGHEST_RATIO: u64 = 500;
 /// What may be unpacked whatever it shrank to.
 const HARMLESS_SIZE: u64 = 16 << 20;
+/// Far more than a mesh needs beside it.
+const MAX_ENTRIES: u64 = 10_000;
 
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
@@ -40,6 +42,7 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, Re
 
 /// Looks through all names; gives the one mesh file among them.
 fn main_file(archive: &mut Archive<'_>) -> Result<(usize, String, Format), ReadError> {
+    within("entries of an archive", archive.len() as u64, MAX_ENTRIES)?;
     let mut meshes = Vec::new();
     for i in 0..archive.len() {
         let entry = archive.by_index_raw(i).map_err(|error| broken("directory", &error))?;

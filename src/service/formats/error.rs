@@ -72,7 +72,7 @@ pub enum ReadError {
 
 impl ReadError {
     pub(super) fn malformed(format: &'static str, place: impl Into<String>, cause: impl Into<String>) -> Self {
-        Self::Malformed { format, place: place.into(), cause: cause.into() }
+        Self::Malformed { format, place: shortened(place.into()), cause: shortened(cause.into()) }
     }
 
     pub(super) fn line(format: &'static str, line: usize, cause: impl Into<String>) -> Self {
@@ -81,6 +81,14 @@ impl ReadError {
 
     pub(super) fn byte(format: &'static str, byte: usize, cause: impl Into<String>) -> Self {
         Self::malformed(format, format!("byte {byte}"), cause)
+    }
+}
+
+/// Names and words come from the file and may be of any length.
+fn shortened(text: String) -> String {
+    match text.char_indices().nth(300) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
     }
 }
 

@@ -39,6 +39,10 @@ pub fn read_quads(bytes: &[u8], format: QuadFormat) -> Result<QuadMesh, ReadErro
 }
 
 fn quads_of(soup: TriangleSoup, format: &'static str) -> Result<QuadMesh, ReadError> {
+    if soup.dropped_by_reader > 0 {
+        let cause = format!("{} faces have fewer than three different corners", soup.dropped_by_reader);
+        return Err(ReadError::malformed(format, "faces", cause));
+    }
     let quads = soup.polygons().enumerate().map(|(face, corners)| {
         <[u32; 4]>::try_from(corners).map_err(|_| ReadError::NotQuads {
             format,
@@ -179,5 +183,7 @@ pub(super) mod tests {
         let text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2 3\n";
         let error = read_quads(text, QuadFormat::Obj).unwrap_err();
         assert_eq!(error, ReadError::NotQuads { format: "OBJ", face: 1, degree: 3 });
+        let text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2\n";
+        assert!(read_quads(text, QuadFormat::Obj).unwrap_err().to_string().contains("1 faces"));
     }
 }

@@ -1,5 +1,7 @@
 //! Building a soup under limits.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::error::ReadError;
@@ -30,7 +32,9 @@ pub(super) struct SoupBuilder {
     max_vertices: u64,
     max_triangles: u64,
     triangles: u64,
+    primitives: u64,
     material: Option<u32>,
+    material_numbers: BTreeMap<String, u32>,
 }
 
 impl SoupBuilder {
@@ -41,7 +45,9 @@ impl SoupBuilder {
             max_vertices: limits.max_vertices.min(u64::from(u32::MAX) - 1),
             max_triangles: limits.max_polygons.min(u64::from(u32::MAX) / 3),
             triangles: 0,
+            primitives: 0,
             material: None,
+            material_numbers: BTreeMap::new(),
         }
     }
 
@@ -54,6 +60,12 @@ impl SoupBuilder {
     /// Fails if this many more triangles would be too many. Call with what the file claims, before reading it.
     pub(super) fn claim_triangles(&self, more: u64) -> Result<(), ReadError> {
         within("triangles", more.saturating_add(self.triangles), self.max_triangles)
+    }
+
+    /// Counts parts of a model, which cost time even where they hold nothing.
+    pub(super) fn claim_primitives(&mut self, more: u64) -> Result<(), ReadError> {
+        self.primitives = self.primitives.saturating_add(more);
+        within("primitives, counting every instance,", self.primitives, MAX_PRIMITIVES)
     }
 
     pub(super) fn n_vertices(&self) -> usize {
@@ -87,12 +99,13 @@ impl SoupBuilder {
     }
 
     fn material_index(&mut self, name: &str) -> u32 {
-        let names = &mut self.soup.material_names;
-        let known = names.iter().position(|known| known == name);
-        known.unwrap_or_else(|| {
-            names.push(name.to_owned());
-            names.len() - 1
-        }) as u32
+        if let Some(&known) = self.material_numbers.get(name) {
+            return known;
+        }
+        let number = self.soup.material_names.len() as u32;
+        self.soup.material_names.push(name.to_owned());
+        self.material_numbers.insert(name.to_owned(), number);
+        number
     }
 
     /// Appends a polygon whose corners are known, or will be shown by [`Self::finish`], to be in range. Fewer than
@@ -112,8 +125,10 @@ impl SoupBuilder {
         Ok(())
     }
 
-    /// Counts polygons that were left out.
+    /// Counts polygons that were left out. They count against the limit: instances of a mesh that is nothing but such
+    /// polygons cost time, too.
     pub(super) fn dropped(&mut self, n: usize) {
+        self.triangles = self.triangles.saturating_add(n as u64);
         self.soup.dropped_by_reader += n;
     }
 
@@ -130,6 +145,8 @@ impl SoupBuilder {
     }
 }
 
+/// Far more than any scene holds.
+const MAX_PRIMITIVES: u64 = 1_000_000;
 /// A component that the file does not say; it becomes 1 in the end.
 pub(super) const UNSAID: f32 = f32::NAN;
 

@@ -146,9 +146,7 @@ impl<'a> Tokens<'a> {
                 b'"' | b'\'' | b'@' => {
                     let triple = [byte; 3];
                     let quote = if rest.starts_with(&triple) { triple.as_slice() } else { &triple[..1] };
-                    let body = &rest[quote.len()..];
-                    let end = body.windows(quote.len()).position(|window| window == quote);
-                    end.ok_or_else(|| self.fail("a string without an end"))? + 2 * quote.len()
+                    string_length(rest, quote).ok_or_else(|| self.fail("a string without an end"))?
                 }
                 _ if PUNCTUATION.contains(&byte) => 1,
                 _ => {
@@ -176,13 +174,26 @@ impl<'a> Tokens<'a> {
     }
 }
 
+/// Length of the string at the start of `text`, with its quotes.
+fn string_length(text: &[u8], quote: &[u8]) -> Option<usize> {
+    let mut at = quote.len();
+    loop {
+        match text.get(at..)? {
+            [] => return None,
+            rest if rest.starts_with(quote) => return Some(at + quote.len()),
+            [b'\\', ..] => at += 2,
+            _ => at += 1,
+        }
+    }
+}
+
 const PUNCTUATION: &[u8] = b"()[]{}=";
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const SQUARE: &str = "#usda 1.0\n( doc = \"\"\"points = [\n\"\"\" )\ndef Xform \"x\" {\ndef Mesh \"m\" (kind = \"a\") {\n\
+    const SQUARE: &str = "#usda 1.0\n( doc = \"\"\"points = [\\\"\"\n\"\"\" )\ndef Xform \"x\" {\ndef Mesh \"m\" (kind = \"a\") {\n\
         point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1e0, 0), (0, 1, 0)] # points\n\
         int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n}\n}\n";
 

@@ -33,6 +33,8 @@ pub(super) struct Document<'a> {
     /// Views that had to be decompressed.
     decompressed: Vec<OnceCell<Vec<u8>>>,
     unpacked: Cell<u64>,
+    #[cfg(feature = "draco")]
+    pub(super) draco: super::draco::Cache,
 }
 
 /// The bytes of a buffer view.
@@ -56,11 +58,21 @@ impl<'a> Document<'a> {
             return Err(malformed("/asset/version", format!("version {:?}; only 2 is read", root.asset.version)));
         }
         if let Some(name) = root.extensions_required.iter().find(|name| !is_known(name)) {
-            return Err(ReadError::UnsupportedExtension { name: name.clone() });
+            return Err(ReadError::UnsupportedExtension { name: name.chars().take(100).collect() });
         }
         let loaded = root.buffers.iter().map(|_| OnceCell::new()).collect();
         let decompressed = root.buffer_views.iter().map(|_| OnceCell::new()).collect();
-        Ok(Self { root, limits: *limits, bin, files, loaded, decompressed, unpacked: Cell::new(0) })
+        Ok(Self {
+            root,
+            limits: *limits,
+            bin,
+            files,
+            loaded,
+            decompressed,
+            unpacked: Cell::new(0),
+            #[cfg(feature = "draco")]
+            draco: Default::default(),
+        })
     }
 
     /// Counts bytes about to be unpacked against the limit.

@@ -1,5 +1,9 @@
 //! Primitives compressed with `KHR_draco_mesh_compression`.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
 use draco_core::{DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute};
 use serde_json::Value;
 
@@ -7,6 +11,9 @@ use super::super::error::ReadError;
 use super::super::soup_builder::SoupBuilder;
 use super::document::Document;
 use super::malformed;
+
+/// What was decompressed so far, by the pointer of the primitive: instances of a mesh share it.
+pub(super) type Cache = RefCell<BTreeMap<String, Rc<Decoded>>>;
 
 /// A decompressed primitive.
 #[derive(Debug)]
@@ -27,6 +34,22 @@ pub(super) fn decode(
     extension: &Value,
     place: &str,
     builder: &SoupBuilder,
+) -> Result<Rc<Decoded>, ReadError> {
+    if let Some(known) = document.draco.borrow().get(place) {
+        builder.claim_vertices(known.positions.len() as u64 / 3)?;
+        builder.claim_triangles(known.triangles.len() as u64)?;
+        return Ok(Rc::clone(known));
+    }
+    let decoded = Rc::new(decompress(document, extension, place, builder)?);
+    document.draco.borrow_mut().insert(place.to_owned(), Rc::clone(&decoded));
+    Ok(decoded)
+}
+
+fn decompress(
+    document: &Document<'_>,
+    extension: &Value,
+    place: &str,
+    builder: &SoupBuilder,
 ) -> Result<Decoded, ReadError> {
     let view = extension.get("bufferView").and_then(Value::as_u64).and_then(|view| usize::try_from(view).ok());
     let view = view.ok_or_else(|| malformed(place, "compressed without bufferView"))?;
@@ -39,7 +62,7 @@ pub(super) fn decode(
     let mut buffer = DecoderBuffer::new(encoded).with_limits(limits);
     MeshDecoder::new().decode(&mut buffer, &mut mesh).map_err(|error| match error.kind() {
         ErrorKind::LimitExceeded => ReadError::TooLarge {
-            what: "triangles in a Draco stream, or more,",
+            what: "triangles or vertices at least",
             claimed: document.limits.max_polygons.saturating_add(1),
             limit: document.limits.max_polygons,
         },

@@ -27,6 +27,7 @@ pub(super) fn append_mesh(
     builder: &mut SoupBuilder,
 ) -> Result<(), ReadError> {
     let mesh = document.root.meshes.get(instance.mesh).ok_or_else(|| missing("/nodes", "mesh", instance.mesh))?;
+    builder.claim_primitives(mesh.primitives.len() as u64)?;
     let mut appended = Appended::default();
     for (p, primitive) in mesh.primitives.iter().enumerate() {
         let place = format!("/meshes/{}/primitives/{p}", instance.mesh);

@@ -326,6 +326,23 @@ fn meshopt_filters_and_wide_elements() {
 }
 
 #[test]
+fn instances_are_bounded_even_where_they_hold_nothing() {
+    let mut lines = triangle();
+    let line = json!({"attributes": {"POSITION": 0}, "mode": 1});
+    lines.0["meshes"][0]["primitives"] = json!(vec![line; 1100]);
+    lines.0["nodes"] = json!(vec![json!({"mesh": 0}); 1000]);
+    assert!(matches!(read_glb(lines), Err(ReadError::TooLarge { limit: 1_000_000, .. })));
+    // Strips of nothing but degenerate triangles.
+    let index = json!({"bufferView": 1, "componentType": 5121, "count": 1002, "type": "SCALAR"});
+    let primitive = json!({"attributes": {"POSITION": 0}, "indices": 1, "mode": 5});
+    let mut strips = square_document(primitive, &[0; 1002], Some(index));
+    strips.0["nodes"] = json!(vec![json!({"mesh": 0}); 1000]);
+    let limits = ReadLimits { max_polygons: 500_000, ..ReadLimits::default() };
+    let bytes = glb_container::write(&strips.0, strips.1);
+    assert!(matches!(read(&bytes, &NoFiles, &limits), Err(ReadError::TooLarge { limit: 500_000, .. })));
+}
+
+#[test]
 fn faults_have_a_place() {
     let fault = |pointer: &str, value: Value| read_glb(patched(triangle(), pointer, value)).unwrap_err().to_string();
     assert!(fault("/accessors/0/count", json!(5)).contains("/accessors/0: 5 elements of 12 bytes"));
