@@ -35,7 +35,7 @@ pub(super) struct SpecFlags {
     /// Dihedral angle in degrees from which edges are sharp; 180: none [default: 40]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     feature_angle: Option<String>,
-    /// align or free
+    /// align
     #[arg(long)]
     boundary: Option<String>,
     /// curvature or smooth
@@ -44,7 +44,7 @@ pub(super) struct SpecFlags {
     /// λ between curvature alignment (0) and smoothness (1) [default: 0.5]
     #[arg(long, value_name = "LAMBDA", allow_negative_numbers = true)]
     smoothing: Option<String>,
-    /// none, relocate or balance
+    /// none or balance
     #[arg(long)]
     optimise: Option<String>,
     /// Axes of mirror symmetry, e.g. x,y
@@ -148,7 +148,7 @@ fn number(text: &str) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::pipeline::{Boundary, Target};
+    use crate::engine::pipeline::{Align, Target};
 
     #[test]
     fn flags_override_the_file() {
@@ -159,12 +159,13 @@ mod tests {
             spec: Some(path),
             edge_length: Some("0.25".into()),
             feature_angle: Some("30".into()),
-            boundary: Some("free".into()),
+            boundary: Some("align".into()),
+            align: Some("smooth".into()),
             ..SpecFlags::default()
         };
         let spec = flags.resolve().unwrap().spec;
         assert_eq!(spec.target, Target::EdgeLength(0.25));
-        assert_eq!((spec.seed, spec.boundary), (3, Boundary::Free));
+        assert_eq!((spec.seed, spec.align), (3, Align::Smooth));
         assert_eq!((spec.features.angle_degrees, spec.features.materials), (30.0, false));
     }
 

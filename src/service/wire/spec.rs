@@ -18,7 +18,6 @@ const MAX_QUADS: u64 = 10_000_000;
 /// Longest deadline in seconds.
 const MAX_DEADLINE_S: f64 = 86_400.0;
 const MAX_FEATURE_EDGES: usize = 1_000_000;
-const MAX_STROKE_POINTS: usize = 100_000;
 const MAX_TAGS: usize = 16;
 const MAX_TAG_LENGTH: usize = 64;
 
@@ -44,9 +43,9 @@ pub struct RemeshRequest {
     pub align: AlignName,
     /// λ between curvature alignment (0) and smoothness (1).
     pub smoothing: f64,
-    /// Directions to follow: polylines in model units, at least two points each.
+    /// Directions to follow, polylines in model units; not available in this version.
     pub strokes: Vec<Vec<[f64; 3]>>,
-    /// What is done about branch points.
+    /// What is done about branch points; in this version they stay where the field has them.
     pub optimise: OptimiseName,
     /// Exact mirror symmetry of the result; not available in this version.
     pub symmetry: Vec<SymmetryAxis>,
@@ -225,13 +224,11 @@ impl RemeshRequest {
 
         let message = format!("must be from 0 to 1, not {}", self.smoothing);
         refuse(!(0.0..=1.0).contains(&self.smoothing), "/smoothing", message);
-        let n_points: usize = self.strokes.iter().map(Vec::len).sum();
-        let message = format!("at most {MAX_STROKE_POINTS} points in all, not {n_points}");
-        refuse(n_points > MAX_STROKE_POINTS, "/strokes", message);
-        for (i, stroke) in self.strokes.iter().enumerate() {
-            let message = "a polyline has at least two points".to_owned();
-            refuse(stroke.len() < 2, &format!("/strokes/{i}"), message);
-        }
+        refuse(!self.strokes.is_empty(), "/strokes", unavailable("strokes are"));
+        let free = unavailable("a field that ignores the boundary is");
+        refuse(self.boundary == BoundaryName::Free, "/boundary", free);
+        let relocate = format!("{}; use none or balance", unavailable("moving branch points alone is"));
+        refuse(self.optimise == OptimiseName::Relocate, "/optimise", relocate);
         refuse(!self.symmetry.is_empty(), "/symmetry", unavailable("exact symmetry is"));
         let dominant = unavailable("quad-dominant output is");
         refuse(self.output != OutputName::Pure, "/output", dominant);
@@ -338,7 +335,7 @@ mod tests {
             "/method",
             "/seed",
             "/smoothing",
-            "/strokes/0",
+            "/strokes",
             "/symmetry",
             "/tags/0",
             "/target/quads",
@@ -355,6 +352,9 @@ mod tests {
             ("webhook", json!("http://127.0.0.1/")),
             ("preserve", json!(["uv"])),
             ("method", json!("layout")),
+            ("strokes", json!([[[0, 0, 0], [1, 0, 0]]])),
+            ("boundary", json!("free")),
+            ("optimise", json!("relocate")),
         ];
         for (field, value) in cases {
             let violations = ResolvedSpec::from_value(json!({ field: value })).unwrap_err();

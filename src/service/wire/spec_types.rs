@@ -73,7 +73,7 @@ pub enum BoundaryName {
     /// The field follows them and they become quad edges.
     #[default]
     Align,
-    /// The field crosses them at any angle.
+    /// The field crosses them at any angle; not available in this version.
     Free,
 }
 
@@ -94,7 +94,7 @@ pub enum AlignName {
 pub enum OptimiseName {
     /// As found.
     None,
-    /// Moved.
+    /// Moved; not available in this version.
     Relocate,
     /// Created, moved and balanced.
     #[default]
