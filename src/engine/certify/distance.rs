@@ -69,7 +69,7 @@ fn samples(mesh: &TriMesh, salt: u64) -> Vec<DVec3> {
     let mut points = Vec::with_capacity(SAMPLES);
     let (mut face, mut area_before) = (0, 0.0);
     for i in 0..SAMPLES as u64 {
-        let [jitter, r, s] = [0, 1, 2].map(|k| unit(salt << 32 | 3 * i + k));
+        let [jitter, r, s] = [0, 1, 2].map(|k| unit((salt << 32) | (3 * i + k)));
         let wanted = (i as f64 + jitter) / SAMPLES as f64 * total;
         while face + 1 < mesh.n_faces() && area_before + mesh.area(face) < wanted {
             area_before += mesh.area(face);

@@ -3,7 +3,7 @@
 //! Everything here is sequential on purpose: the factorisation is the same to the last bit whatever the number of
 //! threads, and the cores are used for independent components instead.
 
-use std::ops::Add;
+use std::ops::AddAssign;
 use std::sync::Once;
 
 use faer::Side;
@@ -35,7 +35,7 @@ pub struct HermitianMatrix<T> {
     lower: SparseColMat<u32, T>,
 }
 
-impl<T: ComplexField + Copy + Add<Output = T>> HermitianMatrix<T> {
+impl<T: ComplexField + Copy + AddAssign> HermitianMatrix<T> {
     /// Sums (row, column, value) entries of the lower triangle of an `n` × `n` matrix, row ≥ column. Entries of the
     /// upper triangle are a bug of the caller: they would be ignored by the factorisation. Entries at one place are
     /// summed in the order given. O(nnz log d) with d entries in a column.
@@ -53,7 +53,7 @@ impl<T: ComplexField + Copy + Add<Output = T>> HermitianMatrix<T> {
                 match rows.last() {
                     Some(&last) if rows.len() > first && last == r => {
                         let sum = values.len() - 1;
-                        values[sum] = values[sum] + v;
+                        values[sum] += v;
                     }
                     _ => {
                         rows.push(r);
@@ -105,7 +105,7 @@ pub struct Cholesky<T: ComplexField> {
     n: usize,
 }
 
-impl<T: ComplexField + Copy + Add<Output = T>> Cholesky<T> {
+impl<T: ComplexField + Copy + AddAssign> Cholesky<T> {
     /// Analyses and factors a positive definite matrix.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::mesh::{IsotropicOptions, remesh_isotropic};
+use crate::engine::mesh::working_mesh;
 use crate::engine::pipeline::spec::WorkingMesh;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
@@ -19,8 +19,10 @@ pub(super) struct Working {
     pub(super) corner_of: BTreeMap<u32, u32>,
 }
 
-/// Triangle edge relative to a quad edge: singularities need triangles between them.
-const EDGE_SHARE: f64 = 0.42;
+/// Longest triangle edge relative to a quad edge: singularities need triangles between them.
+const LONGEST_EDGE: f64 = 0.55;
+/// Most triangles of a working mesh.
+const MAX_FACES: usize = 1_000_000;
 
 /// Makes the working surface for quads of this edge length.
 pub(super) fn working_surface(
@@ -32,10 +34,7 @@ pub(super) fn working_surface(
 ) -> Result<Working, Cancelled> {
     let working = match choice {
         WorkingMesh::Input => surface.clone(),
-        WorkingMesh::Auto => {
-            let options = IsotropicOptions::dense(EDGE_SHARE * edge_length);
-            remesh_isotropic(ctx, surface, index, &options)?
-        }
+        WorkingMesh::Auto => working_mesh(ctx, surface, index, LONGEST_EDGE * edge_length, MAX_FACES)?,
     };
     let corner_of = corner_map(&working, surface);
     Ok(Working { surface: working, corner_of })

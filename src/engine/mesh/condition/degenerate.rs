@@ -98,7 +98,7 @@ pub(super) fn mend(ctx: &RunContext, draft: Draft, tally: &mut Tally) -> Result<
     let mut queue: VecDeque<u32> = thin.into();
     let mut budget = 16 * queue.len() + 1000;
     while let Some(f) = queue.pop_front().filter(|_| budget > 0) {
-        if budget % 1024 == 0 {
+        if budget.is_multiple_of(1024) {
             ctx.check()?;
         }
         budget -= 1;

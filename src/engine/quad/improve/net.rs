@@ -160,6 +160,6 @@ impl QuadNet {
         }
         let distinct = (0..4).all(|k| quad[k + 1..].iter().all(|v| *v != quad[k]));
         let shared = |q: &u32| *q != slot && self.quads[*q as usize].iter().filter(|v| quad.contains(v)).count() > 2;
-        distinct && quad.iter().all(|&v| !self.at[v as usize].iter().any(|q| shared(q)))
+        distinct && quad.iter().all(|&v| !self.at[v as usize].iter().any(&shared))
     }
 }

@@ -45,7 +45,7 @@ pub fn improve_connectivity(
     draft: QuadDraft,
 ) -> Result<QuadDraft, Cancelled> {
     let mean = mean_edge(&draft);
-    if !is_sound(surface, &draft) || !(mean > 0.0 && mean.is_finite()) {
+    if !(is_sound(surface, &draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(draft);
     }
     let sheet = Sheet::new(surface, mean);

@@ -49,7 +49,7 @@ pub fn optimise(
     options: &OptimiseOptions,
 ) -> Result<QuadDraft, Cancelled> {
     let mean = mean_edge(&draft);
-    if !is_sound(surface, &draft) || !(mean > 0.0 && mean.is_finite()) {
+    if !(is_sound(surface, &draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(draft);
     }
     let target = if options.edge_length > 0.0 && options.edge_length.is_finite() { options.edge_length } else { mean };

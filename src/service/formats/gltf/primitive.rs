@@ -193,6 +193,6 @@ fn append_triangles(
         ngon::join(triangles, polygon)
     } else {
         let mut polygon = polygon;
-        triangles.map(|triangle| polygon(&triangle)).collect()
+        triangles.try_for_each(|triangle| polygon(&triangle))
     }
 }

@@ -127,7 +127,7 @@ fn transforms_instances_and_mirrors() {
     let mut sample = triangle();
     sample.0["nodes"] = json!([
         {"children": [1, 2], "translation": [10, 0, 0]},
-        {"mesh": 0, "scale": [2, 2, 2], "rotation": [0, 0, 0.70710678, 0.70710678]},
+        {"mesh": 0, "scale": [2, 2, 2], "rotation": [0, 0, (std::f64::consts::FRAC_1_SQRT_2), (std::f64::consts::FRAC_1_SQRT_2)]},
         {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]},
         {"mesh": 0},
     ]);
