@@ -188,7 +188,7 @@ fn append_triangles(
         }
         builder.polygon(&corners)
     };
-    let triangles = triangles.iter().copied();
+    let mut triangles = triangles.iter().copied();
     if is_polygons {
         ngon::join(triangles, polygon)
     } else {
