@@ -26,6 +26,9 @@ const ROUNDS: usize = 3;
 /// Sweeps over the region per round.
 const SWEEPS: usize = 60;
 
+/// Vertex moves per round at most: beyond that the flips come from detail below the grid, and more work does not help.
+const WORK: usize = 200_000;
+
 /// How one vertex may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Freedom {
@@ -195,7 +198,8 @@ fn relax_region(
     let worst = |map: &GridMap| {
         faces.iter().map(|&f| jacobian(&corners(map, f), &targets[f]).determinant()).fold(f64::INFINITY, f64::min)
     };
-    for sweep in 0..SWEEPS {
+    let sweeps = SWEEPS.min(WORK / movable.len().max(1)).max(2);
+    for sweep in 0..sweeps {
         ctx.check()?;
         let lowest = worst(map);
         if lowest > 0.02 && sweep > 4 {

@@ -31,17 +31,13 @@ pub(super) struct Solved {
     pub(super) warnings: Vec<String>,
 }
 
-/// One try of the map's road.
-struct Attempt {
-    /// Density relative to the one asked for (quads per area).
-    density: f64,
-    smoothing: f64,
-}
-
 /// Flipped triangles of a map after which no other field is tried.
 const HOPELESS_FLIPS: usize = 400;
 /// Integers of a map after which no other field is tried: rounding them takes longer than a fallback.
 const HOPELESS_INTEGERS: usize = 500;
+
+/// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
+const MOST_IMPROVED: usize = 3;
 
 /// Sweeps of the optimiser.
 const OPTIMISE_ITERATIONS: usize = 20;
@@ -58,11 +54,11 @@ pub(super) fn climb(
     let index = SurfaceIndex::new(&component.surface.mesh);
     let mut warnings = Vec::new();
     let mut kept_map = None;
-    for attempt in attempts(spec) {
+    for smoothing in attempts(spec) {
         if kept_map.as_ref().is_some_and(is_hopeless) {
             break;
         }
-        let result = catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, &attempt)));
+        let result = catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, smoothing)));
         match result {
             Ok(Ok((draft, map))) => {
                 let (draft, cause) = finish(ctx, component, &index, draft)?;
@@ -136,12 +132,9 @@ impl Road {
     }
 }
 
-fn attempts(spec: &RemeshSpec) -> Vec<Attempt> {
-    vec![
-        Attempt { density: 1.0, smoothing: spec.smoothing },
-        Attempt { density: 1.0, smoothing: 0.5 + 0.5 * spec.smoothing },
-        Attempt { density: 1.25, smoothing: spec.smoothing },
-    ]
+/// Smoothing of the field for each try of the map's road.
+fn attempts(spec: &RemeshSpec) -> [f64; 2] {
+    [spec.smoothing, 0.5 + 0.5 * spec.smoothing]
 }
 
 /// Whether another try with another field would only take time: maps with this many flipped triangles come from detail
@@ -166,17 +159,17 @@ fn by_map(
     component: &Component,
     index: &SurfaceIndex,
     spec: &RemeshSpec,
-    attempt: &Attempt,
+    smoothing: f64,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
     use crate::engine::methods::quad_cover::QuadCoverError;
     use crate::engine::quad::extract::ExtractError;
-    let edge_length = component.edge_length / attempt.density.sqrt();
+    let edge_length = component.edge_length;
     let working =
         ctx.stage(Stage::Refine, || working_surface(ctx, &component.surface, index, edge_length, spec.working_mesh))?;
     let options = QuadCoverOptions {
         edge_length,
-        quads: spec.adapt_count.then_some(component.quads * attempt.density),
-        smoothing: attempt.smoothing,
+        quads: spec.adapt_count.then_some(component.quads),
+        smoothing,
         guided: spec.align == Align::Curvature,
     };
     let map = quad_cover(ctx, &working.surface, &options).map_err(|e| match e {
@@ -206,6 +199,10 @@ fn finish(
         let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &draft.mesh))?;
         Ok(certificate.violations.first().map(ToString::to_string))
     };
+    if draft.mesh.quads.len() > MOST_IMPROVED * component.quads.ceil() as usize {
+        let as_it_came = judge(&draft)?;
+        return Ok((draft, as_it_came));
+    }
     let optimised = ctx.stage(Stage::Optimise, || optimise(ctx, surface, index, draft.clone(), &options))?;
     let Some(cause) = judge(&optimised)? else { return Ok((optimised, None)) };
     let improved = ctx.stage(Stage::Optimise, || {
