@@ -119,8 +119,8 @@ impl From<FillError> for ExtractError {
 }
 
 /// Extracts the quads of `map`, an integer-grid map of one connected component with some triangles flipped or without
-/// area. Corners of `features` become quad vertices ([`crate::engine::quad::Anchor::Corner`], numbered as in `mesh`), feature curves and
-/// the boundary become chains of quad edges. Linear in the size of mesh and result for maps with few defects.
+/// area. Corners of `features` become quad vertices (`Anchor::Corner`, numbered as in `mesh`), feature curves and the
+/// boundary become chains of quad edges. Linear in the size of mesh and result for maps with few defects.
 ///
 /// # Errors
 /// [`ExtractError`]; whatever is returned without error is an oriented pure quad manifold with the components,

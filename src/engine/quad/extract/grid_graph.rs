@@ -1,7 +1,6 @@
 //! Grid points and grid lines as a graph embedded in the surface.
 
 use crate::engine::mesh::Features;
-use crate::engine::mesh::next;
 use crate::engine::mesh::prev;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::extract::exact_map::ExactMap;
@@ -99,10 +98,9 @@ fn leaves_outside(map: &ExactMap<'_>, port: Port) -> bool {
 pub(super) fn features_off_grid(map: &ExactMap<'_>, features: &Features) -> usize {
     let mesh = map.mesh;
     let off = |&h: &usize| {
-        let (a, b) = (map.corner[h], map.corner[next(h)]);
         mesh.is_edge_owner(h)
             && features.is_edge(mesh.origin(h), mesh.target(h))
-            && (map.line_axis(h).is_none() || !map.guided[h] || a == b)
+            && (map.line_axis(h).is_none() || !map.guided[h])
     };
     (0..mesh.n_halfedges()).filter(off).count()
 }

@@ -19,8 +19,9 @@ fn rank(anchor: Anchor) -> u8 {
 
 /// Joins the copies of grid points that collapsed arcs connect, and returns how many nodes vanished. First along
 /// curves, then across the surface; never two corners into one, and never two points of curves across the surface,
-/// because this would pinch a boundary or glue features together. Collapsed arcs that must not be contracted are
-/// deleted where that keeps the surface, and count as ordinary arcs otherwise.
+/// because this would pinch a boundary or glue features together. Collapsed arcs between two nodes that must not be
+/// joined count as ordinary arcs from here on: so a strip between two features that the map collapses becomes a strip
+/// one quad wide.
 pub(super) fn contract_collapsed(graph: &mut EmbeddedGraph) -> usize {
     let mut parent: Vec<u32> = (0..graph.nodes.len() as u32).collect();
     let mut weight = vec![1.0f64; graph.nodes.len()];
@@ -36,7 +37,11 @@ pub(super) fn contract_collapsed(graph: &mut EmbeddedGraph) -> usize {
             let [a, b] = [2 * arc, 2 * arc + 1].map(|d| find(&mut parent, graph.origin(d)) as usize);
             let ranks = [a, b].map(|n| rank(graph.nodes[n].anchor));
             let allowed = if plain { ranks.contains(&0) } else { ranks != [2, 2] };
-            if a == b || !allowed {
+            if a == b {
+                continue;
+            }
+            if !allowed {
+                graph.collapsed[arc as usize] = false;
                 continue;
             }
             graph.contract(arc);
@@ -67,7 +72,7 @@ fn find(parent: &mut [u32], mut v: u32) -> u32 {
     v
 }
 
-/// Deletes plain collapsed arcs that are left, where their two sides are different faces of the surface.
+/// Deletes plain collapsed arcs that are left (loops), where their two sides are different faces of the surface.
 pub(super) fn drop_collapsed(graph: &mut EmbeddedGraph) -> usize {
     let faces = Faces::new(graph);
     let mut parent: Vec<u32> = (0..faces.first.len() as u32).collect();

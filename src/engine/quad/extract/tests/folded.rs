@@ -93,41 +93,23 @@ fn folds_over_several_quads_are_undone() {
 }
 
 #[test]
-fn statistics() {
-    for (share, by) in [(0.005, 1.0), (0.02, 1.0), (0.05, 1.0), (0.3, 0.7), (0.02, 4.0), (0.1, 4.0), (1.0, 0.5)] {
-        let mut total = [0usize; 10];
-        for seed in 1..12 {
-            for (cubes, squares, _) in POLYCUBES {
-                let mut model = polycube(cubes, 3, 6, false, seed);
-                let ideal = extract(&model);
-                let irregular = |e: &Extraction| {
-                    let mut val = vec![0; e.draft.anchors.len()];
-                    e.draft.mesh.quads.iter().flatten().for_each(|&v| val[v as usize] += 1);
-                    (val.iter().filter(|&&v| v != 4).count(), val.iter().filter(|&&v| v < 3).count())
-                };
-                fold(&mut model, share, by, seed);
-                let done = sound(&model);
-                let (r, f) = (done.report, done.report.fill);
-                let row = [
-                    1,
-                    f.is_clean() as usize,
-                    squares * 9,
-                    done.draft.mesh.quads.len(),
-                    irregular(&ideal).0,
-                    irregular(&done).0,
-                    irregular(&done).1,
-                    r.flipped_triangles,
-                    f.holes,
-                    f.odd_faces,
-                ];
-                (0..10).for_each(|i| total[i] += row[i]);
+fn wild_folds_are_undone_too() {
+    // Moves of up to four grid units, three of a hundred triangles flipped: nearly always no trace is left.
+    let (mut runs, mut clean, mut flipped) = (0, 0, 0);
+    for seed in 1..12 {
+        for (cubes, squares, _) in POLYCUBES {
+            let mut model = polycube(cubes, 3, 6, false, seed);
+            fold(&mut model, 0.02, 4.0, seed);
+            let done = sound(&model);
+            runs += 1;
+            if done.report.fill.is_clean() {
+                assert_eq!(done.draft.mesh.quads.len(), 9 * squares);
+                clean += 1;
             }
+            flipped += done.report.flipped_triangles;
         }
-        println!(
-            "{share} {by}: runs {} clean {} quads {}->{} irregular {}->{} doublets {} flipped {} holes {} odd {}",
-            total[0], total[1], total[2], total[3], total[4], total[5], total[6], total[7], total[8], total[9]
-        );
     }
+    assert!(clean * 10 >= runs * 9 && flipped > 1000, "{clean} of {runs}");
 }
 
 #[test]
