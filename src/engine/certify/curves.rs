@@ -94,7 +94,7 @@ pub(super) fn check(
             let index = if curves[s.curve].is_boundary { &boundary } else { &all };
             let mut candidates = Vec::new();
             index.reaching(s.position, |segment, _| {
-                if s.direction == DVec3::ZERO || segment.parallel(s.direction) >= COSINE {
+                if s.directions.iter().any(|&d| d == DVec3::ZERO || segment.parallel(d) >= COSINE) {
                     candidates.push(segment.name);
                 }
             });
@@ -188,7 +188,9 @@ fn trace(surface: &Surface) -> Vec<Curve> {
 
 struct Sample {
     position: DVec3,
-    direction: DVec3,
+    /// Of the piece of curve at the sample, and of a chord of about a quad edge around it: scan edges zigzag below
+    /// that size, and split triangles follow every zigzag.
+    directions: [DVec3; 2],
     curve: usize,
 }
 
@@ -203,15 +205,16 @@ fn sample(surface: &Surface, curves: &[Curve], mean_edge: f64) -> Vec<Sample> {
         let points = points(c);
         let all = length(&points);
         let n = if spacing > 0.0 { (all / spacing).ceil().max(LEAST_SAMPLES) } else { LEAST_SAMPLES };
-        // Directions are those of chords of about a quad edge: a curve of noisy scan edges zigzags below that size.
         let reach = 0.5 * mean_edge;
         let mut walk = [Walk::default(), Walk::default(), Walk::default()];
         for i in 0..n as usize {
             let wanted = (i as f64 + 0.5) / n * all;
             let [position, before, after] = [wanted, (wanted - reach).max(0.0), (wanted + reach).min(all)];
             let position = walk[0].to(&points, position);
-            let direction = walk[2].to(&points, after) - walk[1].to(&points, before);
-            samples.push(Sample { position, direction: direction.normalize_or_zero(), curve });
+            let chord = walk[2].to(&points, after) - walk[1].to(&points, before);
+            let piece = points[walk[0].piece + 1] - points[walk[0].piece];
+            let directions = [piece, chord].map(DVec3::normalize_or_zero);
+            samples.push(Sample { position, directions, curve });
         }
     }
     samples
