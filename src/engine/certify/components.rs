@@ -91,9 +91,11 @@ pub(super) fn check(
         (0u32..).zip(&topology.components).filter(|(c, _)| is_left(*c)).map(|(_, t)| key(t)).collect();
     wanted.sort_unstable();
     left.sort_unstable();
+    let mut vertices: Vec<u32> = if open.is_empty() { Vec::new() } else { (0..mesh.n_vertices() as u32).collect() };
+    vertices.sort_by_key(|&v| surface.of_vertex[v as usize]);
     let is_covered = |s: usize| {
-        let of_s: Vec<u32> =
-            (0..mesh.n_vertices() as u32).filter(|&v| surface.of_vertex[v as usize] == s as u32).collect();
+        let from = |c: usize| vertices.partition_point(|&v| (surface.of_vertex[v as usize] as usize) < c);
+        let of_s = &vertices[from(s)..from(s + 1)];
         let some = of_s.iter().step_by(of_s.len().div_ceil(200).max(1));
         let distances: Vec<f64> = some.map(|&v| quad_index.closest(mesh.position(v)).distance).collect();
         distances.iter().sum::<f64>() <= mean_edge * distances.len() as f64

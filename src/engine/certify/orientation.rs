@@ -11,7 +11,8 @@ use rayon::prelude::*;
 /// A quad is flipped if its area vector opposes both the normal of the face nearest to its centroid and the mean of
 /// the surface's interpolated normals at its four corners: one witness alone is unreliable where a coarse quad cuts
 /// through a thin wall or noise. Where the surface lies twice in the same place, the side that agrees counts. A quad
-/// has no area if its area is below 1e-9 of the mean. `feet` are the points of the surface nearest to the vertices.
+/// has no area if its area is below 1e-12 of the square of its longer diagonal: CAD surfaces have slivers, and their
+/// quads may be as thin. `feet` are the points of the surface nearest to the vertices.
 pub(super) fn check(
     ctx: &RunContext,
     index: &SurfaceIndex,
@@ -20,7 +21,6 @@ pub(super) fn check(
     diagonal: f64,
 ) -> Result<[Option<Violation>; 2], Cancelled> {
     let areas: Vec<DVec3> = (0..quads.quads.len()).map(|q| area_vector(corners(quads, q))).collect();
-    let mean = areas.iter().map(|a| a.length()).sum::<f64>() / areas.len().max(1) as f64;
     let is_flipped = |q: usize| {
         let area = areas[q];
         let around: DVec3 = quads.quads[q].iter().map(|&v| index.smooth_normal(&feet[v as usize])).sum();
@@ -44,7 +44,10 @@ pub(super) fn check(
             Ok(is_flipped(q))
         })
         .collect::<Result<_, _>>()?;
-    let is_zero = |q: usize| areas[q].length() <= 1e-9 * mean;
+    let is_zero = |q: usize| {
+        let [a, b, c, d] = corners(quads, q);
+        areas[q].length() <= 1e-12 * a.distance_squared(c).max(b.distance_squared(d))
+    };
     let numbers = || 0..areas.len();
     Ok([
         Violation::at(Check::Flipped, numbers().filter(|&q| flipped[q] && !is_zero(q)).map(|q| q as u32)),
