@@ -1,6 +1,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use proptest::prelude::*;
 
 use super::*;
 use crate::engine::mesh::Conditioned;
@@ -242,6 +243,11 @@ fn faces_that_are_there_twice_are_kept_once() {
     soup.push_polygon(&[0, 2, 3, 1]);
     let c = good(&soup);
     assert_eq!((c.mesh.topology().euler, count(&c, "duplicate_faces_dropped")), (2, 2));
+    // The same with the opposite sense.
+    let mut soup = unit_box();
+    soup.push_polygon(&[3, 2, 0, 1]);
+    let c = good(&soup);
+    assert_eq!((c.mesh.topology().components, c.mesh.topology().euler), (1, 2));
 }
 
 #[test]
@@ -379,4 +385,86 @@ fn a_stopped_run_stops() {
     ctx.stop(StopReason::Client);
     let error = condition(&ctx, &unit_box(), &ConditionOptions::default()).unwrap_err();
     assert_eq!(error.fault(), Fault::Cancelled);
+}
+
+#[test]
+fn coincident_faces_that_share_one_edge_become_a_manifold() {
+    let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let positions = vec![
+        p(0.0, 2.0, 1.0),
+        p(0.0, 0.0, 1.0),
+        p(1.0, 3.0, 0.0),
+        p(1e-8, 1.0, 0.99999999),
+        p(1.00000001, 1.0, -1e-8),
+        p(1e-8, 1.0, 0.99999999),
+        p(1.0, 3.0, 1.0),
+        p(3.0, 1.0, 2.0),
+    ];
+    let polygons: [&[u32]; 13] = [
+        &[0, 0, 7],
+        &[0, 5, 3, 7],
+        &[0, 3, 2, 0, 6],
+        &[0, 3, 0],
+        &[0, 7, 3],
+        &[0, 7, 4],
+        &[3, 2, 6],
+        &[3, 0, 3],
+        &[6, 1, 0, 6, 7],
+        &[2, 6, 0],
+        &[2, 5, 6],
+        &[7, 7, 0, 4, 0],
+        &[5, 1, 2],
+    ];
+    let mut soup = TriangleSoup { positions, ..TriangleSoup::default() };
+    for polygon in polygons {
+        soup.push_polygon(polygon);
+    }
+    let options = ConditionOptions { cut_non_orientable: true };
+    check(&soup, &condition(&RunContext::silent(), &soup, &options).unwrap());
+}
+
+/// Polygons over few places of a coarse grid: every kind of degeneracy at once.
+fn random_soup() -> impl Strategy<Value = TriangleSoup> {
+    let position = (0..4i32, 0..4i32, 0..3i32, 0..6i32);
+    let polygon = proptest::collection::vec(0..1000u32, 3..7);
+    (proptest::collection::vec(position, 3..24), proptest::collection::vec(polygon, 1..60)).prop_map(
+        |(places, polygons)| {
+            let jitter = |k: i32| match k {
+                0 => 1e-13,
+                1 => 1e-8,
+                _ => 0.0,
+            };
+            let place = |&(x, y, z, k): &(i32, i32, i32, i32)| {
+                DVec3::new(f64::from(x) + jitter(k), f64::from(y), f64::from(z) - jitter(k))
+            };
+            let mut soup = TriangleSoup { positions: places.iter().map(place).collect(), ..TriangleSoup::default() };
+            for polygon in polygons {
+                soup.push_polygon(&polygon.iter().map(|i| i % places.len() as u32).collect::<Vec<u32>>());
+            }
+            soup
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_soup_becomes_a_manifold_or_is_refused(soup in random_soup()) {
+        for soup in [soup.clone(), exploded(&soup)] {
+            let options = ConditionOptions { cut_non_orientable: true };
+            match condition(&RunContext::silent(), &soup, &options) {
+                Ok(c) => {
+                    check(&soup, &c);
+                    let again = condition(&RunContext::silent(), &soup, &options).unwrap();
+                    prop_assert_eq!(c.mesh.faces(), again.mesh.faces());
+                    prop_assert_eq!(c.mesh.positions(), again.mesh.positions());
+                }
+                Err(error) => prop_assert!(error.fault() == Fault::Input, "{}", error),
+            }
+            if let Err(error) = run(&soup) {
+                prop_assert!(error.fault() == Fault::Input, "{}", error);
+            }
+        }
+    }
 }
