@@ -21,6 +21,8 @@ const COSINE: f64 = 0.5;
 const CORNER: f64 = 1e-6;
 /// This part of a curve's samples must be covered by one connected chain.
 const COVERED: f64 = 0.95;
+/// … and no more samples in a row may be uncovered: about half a quad edge.
+const GAP: usize = 5;
 /// Curves get a sample per tenth of a mean quad edge, at most about so many.
 const SAMPLES: f64 = 200_000.0;
 /// … and each at least so many.
@@ -269,11 +271,21 @@ fn is_chain(judged: &[(Vec<u32>, f64)], edges: &[[u32; 2]], ends: [Option<&[u32]
         }
     }
     let enough = COVERED * judged.len() as f64;
+    let roots: Vec<usize> = (0..vertices.len()).map(|i| root(&mut parent, i)).collect();
+    let longest_gap = |r: usize| {
+        let (mut longest, mut gap) = (0, 0);
+        for (candidates, _) in judged {
+            let is_covered = candidates.iter().filter_map(|&e| local(edges[e as usize][0])).any(|i| roots[i] == r);
+            gap = if is_covered { 0 } else { gap + 1 };
+            longest = longest.max(gap);
+        }
+        longest
+    };
     (0..vertices.len()).any(|r| {
         let mut touches = |end: Option<&[u32]>| {
             end.is_none_or(|at| at.iter().any(|&v| local(v).is_some_and(|i| root(&mut parent, i) == r)))
         };
-        covered[r] as f64 >= enough && touches(ends[0]) && touches(ends[1])
+        covered[r] as f64 >= enough && touches(ends[0]) && touches(ends[1]) && longest_gap(r) <= GAP
     })
 }
 

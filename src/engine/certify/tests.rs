@@ -289,7 +289,7 @@ fn lost_features_and_corners_are_rejected() {
     let length =
         plate.mesh.fan(rim).map(|h| plate.mesh.position(plate.mesh.target(h)).distance(plate.mesh.position(rim)));
     let length = length.fold(f64::INFINITY, f64::min);
-    rejects(&plate, &moved(rim, outwards.normalize() * (0.45 * length)), &[Check::FeatureCurve]);
+    rejects(&plate, &moved(rim, outwards.normalize() * (0.9 * length)), &[Check::FeatureCurve]);
     // The right body turned under its edges, and a round body over sharp edges.
     let cube = surface("cube", 1200);
     let straight = split(&cube.mesh);

@@ -110,6 +110,9 @@ impl MapSystem {
         let iso = iso_lines(mesh, frames, &direction, is_feature);
         let forms = CornerForms::new(mesh, &cut);
         let special: Vec<u32> = special_vertices(mesh, field, corners);
+        if special.len() > MAX_INTEGERS {
+            return Err(MapError::TooManyIntegers { n: 2 * special.len(), limit: MAX_INTEGERS });
+        }
         let (unknowns, integral) = constrain(mesh, &forms, &iso, &special)?;
         ctx.check()?;
         let weight = vec![1.0; mesh.n_faces()];

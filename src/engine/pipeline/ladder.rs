@@ -71,8 +71,12 @@ pub(super) fn climb(
             Ok(Err(Failure::Cancelled(c))) => return Err(c),
             Ok(Err(Failure::Cause(cause, map))) => {
                 warnings.push(format!("no quads from the map: {cause}"));
-                if let Some(map) = map {
-                    kept_map.get_or_insert(*map);
+                match map {
+                    Some(map) => {
+                        kept_map.get_or_insert(*map);
+                    }
+                    // Without a map another field fails the same way: too many integers, or a failed solve.
+                    None => break,
                 }
             }
             Err(_) => warnings.push("no quads from the map: an internal error was contained".to_owned()),
