@@ -1,4 +1,4 @@
-//! The smoothest crosses for a given matching: one real solve (algorithms.md B.3; [nieser_2012] eq. 5.3–5.4).
+//! The smoothest crosses for a given matching: one real solve (algorithms.md B.3; [kaelberer_2013] eq. 5.3–5.4).
 
 use crate::engine::field::cross_field::{CrossField, FieldError, residual};
 use crate::engine::field::frames::Frames;

@@ -1,5 +1,5 @@
 //! Rounding by the period matrix: the energy of the best map with integers q is `E* + (q − q*)ᵀ P (q − q*)`
-//! ([nieser_2012] section 6.3; algorithms.md D.1), so integers are compared without another solve.
+//! ([kaelberer_2013] section 6.3; algorithms.md D.1), so integers are compared without another solve.
 
 use rayon::prelude::*;
 
