@@ -1,11 +1,15 @@
 //! The service from outside, over real sockets. `scripted` stands in for the geometry where a test is about the life of
 //! jobs; every other test runs the real thing.
 
+mod bad_meshes;
 mod child;
 mod client;
 mod crashes;
 mod files;
 mod life;
+mod meshes;
+mod program;
+mod real;
 mod refusals;
 mod routes;
 mod scripted;

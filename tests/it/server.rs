@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use quadrille::service::app::{Role, Running, start_with};
+use quadrille::service::app::{Role, Running, start, start_with};
 use quadrille::service::config::Config;
 use tempfile::TempDir;
 
@@ -29,6 +29,12 @@ pub(crate) fn config(folder: &Path) -> Config {
 impl Server {
     pub(crate) async fn scripted(config: Config) -> Self {
         let running = start_with(config, Role::All, Arc::new(Scripted)).await.expect("the server starts");
+        Self { client: Client::new(format!("http://{}", running.address())), running }
+    }
+
+    /// With the real engine.
+    pub(crate) async fn real(folder: &Path) -> Self {
+        let running = start(config(folder), Role::All).await.expect("the server starts");
         Self { client: Client::new(format!("http://{}", running.address())), running }
     }
 

@@ -2,14 +2,15 @@
 //!
 //! The rules that make this reliable, each found by breaking it: one ticket per fetch (buffered ones are not kept alive),
 //! a fresh worker name for every start (the old name's locks would count as alive), explicit heartbeats, an interval
-//! poll (an empty fetch parks for ever), the final word about a job in our own table and never in the ticket (the queue
-//! does not limit the attempts of a ticket that was recovered from a dead worker).
+//! poll of our own (the queue's loses its wake-up for ever when a fetch takes longer than the interval while a heartbeat
+//! falls due, as on a busy machine), the final word about a job in our own table and never in the ticket (the queue does
+//! not limit the attempts of a ticket that was recovered from a dead worker).
 
 use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use apalis::prelude::{BackendExt, BoxDynError, Data, TaskBuilder, WorkerBuilder, WorkerError};
+use apalis::prelude::{BoxDynError, Data, TaskBuilder, WorkerBuilder, WorkerError};
 use apalis_sqlite::{Config, SqlitePool, SqliteStorage};
 use serde::{Deserialize, Serialize};
 use sqlx::SqliteConnection;
@@ -85,9 +86,9 @@ impl SqliteQueue {
             .batch_size(1)
             .heartbeat_interval(self.heartbeat)
             .missed_heartbeats(self.missed_heartbeats);
-        let backend = SqliteStorage::<Ticket>::new(&self.pool).with_config(config).poll_with_interval(POLL);
+        let backend = SqliteStorage::<Ticket>::new(&self.pool).with_config(config);
         let name = format!("quadrille-{}", Uuid::now_v7());
-        WorkerBuilder::new(name.as_str())
+        let worker = WorkerBuilder::new(name.as_str())
             .backend(backend)
             .data(Hands(handler))
             .layer(ConcurrencyLimitLayer::new(self.concurrency))
@@ -95,8 +96,15 @@ impl SqliteQueue {
             .run_until(async move {
                 stop.cancelled().await;
                 Ok::<(), WorkerError>(())
-            })
-            .await
+            });
+        let mut worker = std::pin::pin!(worker);
+        loop {
+            // Every turn polls the worker whether it was woken or not: fetches, heartbeats, acknowledgements.
+            tokio::select! {
+                ended = &mut worker => return ended,
+                () = tokio::time::sleep(POLL) => {}
+            }
+        }
     }
 }
 
@@ -190,6 +198,39 @@ mod tests {
             seen.push(ticket);
             if refused { Err(StoreError::Queue("on purpose".to_owned())) } else { Ok(()) }
         }
+    }
+
+    /// Other writers hold the database for longer than a poll and many heartbeats, again and again; the worker must not
+    /// fall asleep over it.
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_slow_database_does_not_put_the_worker_to_sleep() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut settings = Settings::for_testing(folder.path());
+        settings.jobs.heartbeat = Duration::from_millis(40);
+        settings.jobs.missed_heartbeats = 1000;
+        let store = Store::open(&settings.database_url, &settings.store).await.unwrap();
+        let queue = SqliteQueue::open(store.pool(), &settings.jobs).await.unwrap();
+        let (handler, stop) = (Arc::new(Reluctant::default()), CancellationToken::new());
+        let working = {
+            let (queue, handler, stop) = (queue.clone(), Arc::clone(&handler), stop.clone());
+            tokio::spawn(async move { queue.work(handler, stop).await })
+        };
+        for round in 1..=5 {
+            let mut tx = store.write().await.unwrap();
+            tokio::time::sleep(2 * POLL).await;
+            queue.enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0).await.unwrap();
+            tx.commit().await.unwrap();
+            for _ in 0..3000 {
+                if handler.seen().len() >= 2 * round {
+                    break;
+                }
+                tokio::time::sleep(Duration::from_millis(10)).await;
+            }
+            assert_eq!(handler.seen().len(), 2 * round);
+        }
+        stop.cancel();
+        working.await.unwrap();
+        store.close().await;
     }
 
     #[tokio::test]
