@@ -218,10 +218,8 @@ pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option
         Fault::Input => ProblemKind::MeshRejected,
         Fault::Unsatisfiable => ProblemKind::NoQuadMesh,
         Fault::Limit => ProblemKind::MeshTooLarge,
-        Fault::Cancelled => {
-            let problem = Problem::stopped(stopped.unwrap_or(StopReason::Client));
-            return Problem { stage: stage.map(Stage::name), ..problem };
-        }
+        // Where a run happened to be when it was stopped is not where anything is wrong.
+        Fault::Cancelled => return Problem::stopped(stopped.unwrap_or(StopReason::Client)),
         Fault::Internal => return Problem { stage: stage.map(Stage::name), ..Problem::internal() },
     };
     let mut elements = error.elements();
