@@ -15,6 +15,19 @@ pub(super) struct Component {
     pub(super) quads: f64,
 }
 
+impl Component {
+    /// The component without its interior features; `None` if it has none. Corners of the boundary stay.
+    pub(super) fn without_features(&self) -> Option<Self> {
+        if self.surface.features.edges.is_empty() {
+            return None;
+        }
+        let mut bare = self.clone();
+        bare.surface.features.edges.clear();
+        bare.surface.features.corners.retain(|&v| self.surface.mesh.is_boundary_vertex(v));
+        Some(bare)
+    }
+}
+
 /// Fewest quads that a component gets: fewer cannot show its shape.
 const MIN_QUADS: f64 = 24.0;
 

@@ -28,6 +28,8 @@ pub(super) struct Solved {
     pub(super) level: Level,
     /// The map, also when the quads come from another level.
     pub(super) map: Option<(Working, QuadCoverMap)>,
+    /// Whether the detected features of the component were given up.
+    pub(super) gives_up_features: bool,
     pub(super) warnings: Vec<String>,
 }
 
@@ -42,6 +44,30 @@ const MOST_IMPROVED: usize = 3;
 /// Sweeps of the optimiser.
 const OPTIMISE_ITERATIONS: usize = 20;
 
+/// One rung of the ladder.
+#[derive(Clone, Copy)]
+enum Rung {
+    /// Field and map, with this smoothing of the field.
+    Map(f64),
+    /// A road without a map.
+    Plain(Road),
+}
+
+/// The rungs in order, and whether the features that were detected are given up on them. Features go before the map
+/// does only when pairs of triangles could not keep them either: then they are detail below the size of the quads.
+fn rungs(spec: &RemeshSpec) -> [(Rung, bool); 8] {
+    [
+        (Rung::Map(spec.smoothing), false),
+        (Rung::Map(0.5 + 0.5 * spec.smoothing), false),
+        (Rung::Plain(Road::Paired), false),
+        (Rung::Map(spec.smoothing), true),
+        (Rung::Plain(Road::SplitCoarse), false),
+        (Rung::Plain(Road::Paired), true),
+        (Rung::Plain(Road::SplitInput), false),
+        (Rung::Plain(Road::SplitInput), true),
+    ]
+}
+
 /// Finds certified quads for a component.
 ///
 /// # Errors
@@ -52,46 +78,54 @@ pub(super) fn climb(
     spec: &RemeshSpec,
 ) -> Result<Result<Solved, String>, Cancelled> {
     let index = SurfaceIndex::new(&component.surface.mesh);
+    // Features that the user named are never given up.
+    let bare = (spec.features.edges.is_empty()).then(|| component.without_features()).flatten();
     let mut warnings = Vec::new();
-    let mut kept_map = None;
-    for smoothing in attempts(spec) {
-        if kept_map.as_ref().is_some_and(is_hopeless) {
-            break;
-        }
-        let result = catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, smoothing)));
-        match result {
-            Ok(Ok((draft, map))) => {
-                let (draft, cause) = finish(ctx, component, &index, draft)?;
-                let Some(cause) = cause else {
-                    return Ok(Ok(Solved { draft, level: Level::L0, map: Some(map), warnings }));
-                };
-                warnings.push(format!("quads of the map were not certified: {cause}"));
-                kept_map.get_or_insert(map);
-            }
-            Ok(Err(Failure::Cancelled(c))) => return Err(c),
-            Ok(Err(Failure::Cause(cause, map))) => {
-                warnings.push(format!("no quads from the map: {cause}"));
-                match map {
-                    Some(map) => {
-                        kept_map.get_or_insert(*map);
+    let mut kept_map: Option<(Working, QuadCoverMap)> = None;
+    let mut no_second_field = false;
+    let mut last = String::new();
+    for (rung, gives_up_features) in rungs(spec) {
+        ctx.check()?;
+        let component = match (&bare, gives_up_features) {
+            (_, false) => component,
+            (Some(bare), true) => bare,
+            (None, true) => continue,
+        };
+        let (draft, map, level) = match rung {
+            Rung::Map(_) if no_second_field && !gives_up_features => continue,
+            Rung::Map(smoothing) => {
+                match catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, smoothing))) {
+                    Ok(Ok((draft, map))) => (draft, Some(map), Level::L0),
+                    Ok(Err(Failure::Cancelled(c))) => return Err(c),
+                    Ok(Err(Failure::Cause(cause, map))) => {
+                        warnings.push(format!("no quads from the map: {cause}"));
+                        // Without a map another field fails the same way: too many integers, or a failed solve.
+                        no_second_field |= map.as_deref().is_none_or(is_hopeless);
+                        kept_map = kept_map.or(map.map(|map| *map));
+                        continue;
                     }
-                    // Without a map another field fails the same way: too many integers, or a failed solve.
-                    None => break,
+                    Err(_) => {
+                        warnings.push("no quads from the map: an internal error was contained".to_owned());
+                        continue;
+                    }
                 }
             }
-            Err(_) => warnings.push("no quads from the map: an internal error was contained".to_owned()),
-        }
-        ctx.check()?;
-    }
-    let mut last = String::new();
-    for road in [Road::Paired, Road::SplitCoarse, Road::SplitInput] {
-        let draft = ctx.stage(Stage::Fallback, || road.draft(ctx, component, &index))?;
+            Rung::Plain(road) => {
+                let draft = ctx.stage(Stage::Fallback, || road.draft(ctx, component, &index))?;
+                (draft, None, road.level())
+            }
+        };
         let (draft, cause) = finish(ctx, component, &index, draft)?;
-        let level = road.level();
+        no_second_field |= map.as_ref().is_some_and(is_hopeless);
         let Some(cause) = cause else {
-            return Ok(Ok(Solved { draft, level, map: kept_map, warnings }));
+            if gives_up_features {
+                warnings.push("sharp edges were given up: they are detail below the size of the quads".to_owned());
+            }
+            let map = map.or(kept_map);
+            return Ok(Ok(Solved { draft, level, map, gives_up_features, warnings }));
         };
         warnings.push(format!("quads of level {level:?} were not certified: {cause}"));
+        kept_map = kept_map.or(map);
         last = cause;
     }
     Ok(Err(last))
@@ -134,11 +168,6 @@ impl Road {
             Road::SplitInput => Ok(split_draft(surface)),
         }
     }
-}
-
-/// Smoothing of the field for each try of the map's road.
-fn attempts(spec: &RemeshSpec) -> [f64; 2] {
-    [spec.smoothing, 0.5 + 0.5 * spec.smoothing]
 }
 
 /// Whether another try with another field would only take time: maps with this many flipped triangles come from detail

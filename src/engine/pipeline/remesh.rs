@@ -56,10 +56,11 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let features =
         ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let Conditioned { mesh, repairs, mut warnings, .. } = conditioned;
-    let surface = Surface { mesh, features };
+    let mut surface = Surface { mesh, features };
     let components = split(&surface, edge_length);
     let solved = solve(ctx, &components, spec)?;
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
+    give_up_features(&mut surface, &solved);
     warn_of(&solved, &mut warnings);
     let map = assemble_map(&components, &solved);
     let mut draft = QuadDraft::default();
@@ -122,6 +123,18 @@ pub(super) fn features(
         min_length: SHORTEST_FEATURE * edge_length,
     };
     detect_features(conditioned, soup, &options)
+}
+
+/// Takes the features of components that gave theirs up out of the surface that the certificate compares with.
+fn give_up_features(surface: &mut Surface, solved: &[Solved]) {
+    if !solved.iter().any(|s| s.gives_up_features) {
+        return;
+    }
+    let (component_of, _) = surface.mesh.components();
+    let mesh = &surface.mesh;
+    let is_bare = |v: u32| solved[component_of[mesh.outgoing(v) / 3] as usize].gives_up_features;
+    surface.features.edges.retain(|e| !is_bare(e[0]));
+    surface.features.corners.retain(|&v| !is_bare(v) || mesh.is_boundary_vertex(v));
 }
 
 /// Components in parallel, largest first so that the pool is never left waiting for a late large one.
