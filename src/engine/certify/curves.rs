@@ -85,7 +85,10 @@ pub(super) fn check(
     };
     let (all, boundary) = (segments(false), segments(true));
     let mean_edge = mean(&reach) / TOLERANCE;
-    let samples = sample(surface, &curves, mean_edge);
+    let samples = sample(surface, &curves, |c| {
+        let index = if c.is_boundary { &boundary } else { &all };
+        local_edge(surface, index, c).unwrap_or(mean_edge)
+    });
     let judged: Vec<(Vec<u32>, f64)> = samples
         .par_iter()
         .enumerate()
@@ -196,14 +199,32 @@ struct Sample {
     curve: usize,
 }
 
-/// Samples along all curves, in order, evenly by arc length.
-fn sample(surface: &Surface, curves: &[Curve], mean_edge: f64) -> Vec<Sample> {
+/// Mean length of the quad edges along a curve, so that a curve is judged alike whatever else the model has: a mean over
+/// the whole model would not be the one of its component. `None` where no quad edge is near.
+fn local_edge(surface: &Surface, index: &SegmentIndex, curve: &Curve) -> Option<f64> {
+    let stride = curve.vertices.len().div_ceil(16);
+    let (mut sum, mut n) = (0.0, 0);
+    for &v in curve.vertices.iter().step_by(stride) {
+        let mut longest: f64 = 0.0;
+        index.reaching(surface.mesh.position(v), |segment, _| longest = longest.max(segment.reach));
+        if longest > 0.0 {
+            sum += longest / TOLERANCE;
+            n += 1;
+        }
+    }
+    (n > 0).then(|| sum / f64::from(n))
+}
+
+/// Samples along all curves, in order, evenly by arc length; `edge` is the length of the quad edges along a curve.
+fn sample(surface: &Surface, curves: &[Curve], edge: impl Fn(&Curve) -> f64) -> Vec<Sample> {
     let points = |c: &Curve| -> Vec<DVec3> { c.vertices.iter().map(|&v| surface.mesh.position(v)).collect() };
     let length = |p: &[DVec3]| -> f64 { p.windows(2).map(|w| w[0].distance(w[1])).sum() };
     let total: f64 = curves.iter().map(|c| length(&points(c))).sum();
-    let spacing = (0.1 * mean_edge).max(total / SAMPLES);
+    let coarsest = total / SAMPLES;
     let mut samples = Vec::new();
     for (curve, c) in curves.iter().enumerate() {
+        let mean_edge = edge(c);
+        let spacing = (0.1 * mean_edge).max(coarsest);
         let points = points(c);
         let all = length(&points);
         let n = if spacing > 0.0 { (all / spacing).ceil().max(LEAST_SAMPLES) } else { LEAST_SAMPLES };
