@@ -27,7 +27,7 @@ fn refused_at_once() -> Vec<(&'static str, Vec<u8>, u16, &'static str)> {
         ("truncated.glb", whole[..whole.len() / 2].to_vec(), 422, "unreadable-mesh"),
         ("past.gltf", with(&|d| d["accessors"][0]["count"] = 100_000.into()), 422, "unreadable-mesh"),
         ("view.gltf", with(&|d| d["bufferViews"][1]["byteOffset"] = u64::MAX.into()), 422, "unreadable-mesh"),
-        ("billions.gltf", with(&|d| d["accessors"][0]["count"] = 4_000_000_000u64.into()), 413, "mesh-too-large"),
+        ("billions.gltf", with(&|d| d["accessors"][0]["count"] = 4_000_000_000u64.into()), 422, "unreadable-mesh"),
         (
             "billions.ply",
             b"ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n\
