@@ -93,7 +93,7 @@ async fn obj_gltf_and_zip_go_in_and_every_file_comes_out() {
 
 /// A job that takes long enough to be caught in the act.
 fn long_job() -> (Vec<u8>, Value) {
-    (obj(&surface("genus-5", 120_000)), value!({"target": {"quads": 40_000}}))
+    (obj(&surface("genus5", 30_000)), value!({"target": {"quads": 6_000}}))
 }
 
 #[tokio::test(flavor = "multi_thread")]
