@@ -14,7 +14,7 @@ pub(super) struct PatchComplex {
     patches: Vec<Patch>,
 }
 
-/// Corner numbers per patch, and per patch the chords (see [`PatchComplex::chords`]) in s and in t.
+/// Corner numbers per patch, and per patch the chords (see `PatchComplex::chords`) in s and in t.
 struct Gluing {
     corners: Vec<[u32; 4]>,
     chords: Vec<[usize; 2]>,

@@ -1,7 +1,7 @@
 //! From a graph embedded in a surface to a pure quad mesh of the same topology.
 //!
 //! A graph that cuts a surface into disks is known up to homeomorphism by the cyclic order of its arcs around each
-//! node ([`EmbeddedGraph`]). Every step here (contract an arc, delete an arc between two different faces, split an arc,
+//! node (`EmbeddedGraph`). Every step here (contract an arc, delete an arc between two different faces, split an arc,
 //! draw arcs inside a face) keeps the surface, so the result has the right topology by construction, whatever the
 //! graph looked like. Steps: undo folds, remove what bounds nothing, make all faces even by chains of split arcs
 //! between odd faces, fill even faces with patterns of quads, split chains of quads until no two arcs join the same

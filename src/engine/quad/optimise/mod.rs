@@ -1,7 +1,7 @@
 //! Optimisation of the positions of a quad draft on its surface.
 //!
-//! Vertices walk over the triangles ([`sheet`]) or slide along feature curves ([`curves`], [`chains`]); folded quads
-//! are turned right side up first ([`untangle`]), then all are relaxed towards squares ([`relax`]), every single step
+//! Vertices walk over the triangles (`sheet`) or slide along feature curves (`curves`, `chains`); folded quads
+//! are turned right side up first (`untangle`), then all are relaxed towards squares (`relax`), every single step
 //! guarded by the quality of the quads it touches.
 
 mod chains;
