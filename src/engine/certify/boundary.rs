@@ -44,7 +44,7 @@ pub(super) fn check(mesh: &TriMesh, quads: &QuadMesh, topology: &QuadTopology) -
     let partners: Vec<Vec<usize>> = topology.loops.iter().map(partners).collect();
     let mut owner: Vec<Option<usize>> = vec![None; loops.len()];
     let lost = (0..partners.len()).filter(|&i| !augment(i, &partners, &mut owner, &mut vec![false; loops.len()]));
-    Violation::at(Check::BoundaryLoop, lost.map(|i| i as u32).collect::<Vec<_>>())
+    Violation::at(Check::BoundaryLoop, lost.map(|i| topology.loops[i][0]).collect::<Vec<_>>())
 }
 
 /// Finds a partner for loop `i`, moving others to other partners where needed.

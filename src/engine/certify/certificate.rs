@@ -1,11 +1,13 @@
 //! The certificate of a quad mesh: all checks in order, and the measures.
 
 use crate::engine::certify::{
-    Check, QuadReport, Violation, boundary, components, curves, distance, measure_topology, orientation, shape,
+    Check, QuadReport, QuadTopology, Violation, boundary, components, curves, distance, measure_topology, orientation,
+    shape,
 };
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// The outcome of all checks.
@@ -26,7 +28,8 @@ impl Certificate {
 }
 
 /// Checks the quads against the surface that they were made for, and measures them. `index` is the index of
-/// `surface.mesh`. O((n + f) log f) for n quads and samples over f faces.
+/// `surface.mesh`. Components are judged one by one, each against its own component of the surface, so that a model is
+/// certified exactly if its parts are. O((n + f) log f) for n quads and samples over f faces.
 ///
 /// # Errors
 /// Only that the run was stopped: bad quads make a certificate that says so.
@@ -46,34 +49,16 @@ pub fn certify(
         let violation = Violation { check: Check::VertexFan, count: 1, witnesses: Vec::new() };
         return Ok(Certificate::new(vec![violation], counts));
     };
-    let quad_index = SurfaceIndex::new(&triangles);
+    let judged = judge(ctx, surface, index, quads, &topology)?;
+    let mut measures = shape::measure(quads, &topology, |v| judged.is_corner[v]);
     let diagonal = surface.mesh.diagonal();
-    let feet: Vec<SurfacePoint> = quads
-        .positions
-        .par_iter()
-        .enumerate()
-        .map(|(i, &p)| {
-            if i % 1024 == 0 {
-                ctx.check()?;
-            }
-            Ok(index.closest(p))
-        })
-        .collect::<Result<_, Cancelled>>()?;
-    let curves = curves::check(ctx, surface, quads, &topology, diagonal)?;
-    let mut measures = shape::measure(quads, &topology, |v| curves.is_corner[v]);
-    let mean_edge = curves.mean_edge;
-    let mut violations = components::check(&surface.mesh, quads, &topology, &feet, &quad_index, mean_edge);
-    let oriented = orientation::check(ctx, index, quads, &feet, diagonal)?;
-    measures.flipped = oriented[0].as_ref().map_or(0, |v| v.count);
-    violations.extend(oriented.into_iter().flatten());
-    violations.extend(curves.violations);
-    violations.extend(boundary::check(&surface.mesh, quads, &topology));
-    let distances = distance::measure(ctx, &surface.mesh, index, &triangles, &quad_index)?;
+    let distances = distance::measure(ctx, &surface.mesh, index, &triangles, &SurfaceIndex::new(&triangles))?;
     let relative = |d: f64| if diagonal > 0.0 { d / diagonal } else { f64::NAN };
     measures.hausdorff_max = relative(distances.max);
     measures.hausdorff_mean = relative(distances.mean);
-    measures.feature_error_max = relative(curves.error.0);
-    measures.feature_error_mean = relative(curves.error.1);
+    measures.feature_error_max = relative(judged.distances.iter().copied().fold(0.0, f64::max));
+    measures.feature_error_mean = relative(shape::mean(&judged.distances));
+    measures.flipped = judged.violations.iter().filter(|v| v.check == Check::Flipped).map(|v| v.count).sum();
     let numbers = [
         measures.rsd_edge,
         measures.rsd_angle,
@@ -84,9 +69,96 @@ pub fn certify(
         measures.feature_error_max,
         measures.feature_error_mean,
     ];
+    let mut violations = judged.violations;
     let infinite = numbers.iter().filter(|x| !x.is_finite()).count();
     if infinite > 0 {
         violations.push(Violation { check: Check::Finite, count: infinite, witnesses: Vec::new() });
     }
     Ok(Certificate::new(violations, measures))
+}
+
+/// What the checks against the surface found.
+struct Judged {
+    violations: Vec<Violation>,
+    /// Per vertex of the quads, whether a corner of the surface is there.
+    is_corner: Vec<bool>,
+    /// From samples of the curves to the quads' edges, in model units.
+    distances: Vec<f64>,
+}
+
+/// Pairs components and judges each pair; places are named as in the whole.
+fn judge(
+    ctx: &RunContext,
+    surface: &Surface,
+    index: &SurfaceIndex,
+    quads: &QuadMesh,
+    topology: &QuadTopology,
+) -> Result<Judged, Cancelled> {
+    let surface_parts = surface.parts();
+    let quad_parts = components::parts(quads, topology);
+    let (pairs, violations) = components::pair(ctx, &surface.mesh, index, &surface_parts, &quad_parts, topology)?;
+    if let ([_], [_]) = (surface_parts.as_slice(), quad_parts.as_slice()) {
+        let mut judged = judge_pair(ctx, surface, index, quads, topology)?;
+        judged.violations.splice(0..0, violations);
+        return Ok(judged);
+    }
+    let of_pair = |&(s, c): &(usize, usize)| {
+        let (part, own) = (&surface_parts[s], &quad_parts[c]);
+        let mut judged = match measure_topology(&own.mesh) {
+            Ok(topology) => {
+                let index = SurfaceIndex::new(&part.surface.mesh);
+                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology)?
+            }
+            Err(violations) => Judged { violations, is_corner: Vec::new(), distances: Vec::new() },
+        };
+        for violation in &mut judged.violations {
+            for place in &mut violation.witnesses {
+                *place = match violation.check {
+                    Check::Flipped | Check::ZeroArea => own.quads[*place as usize],
+                    Check::Corner | Check::FeatureCurve | Check::BoundaryCurve => part.vertices[*place as usize],
+                    _ => own.vertices[*place as usize],
+                };
+            }
+        }
+        Ok((c, judged))
+    };
+    let judged: Vec<(usize, Judged)> = pairs.par_iter().map(of_pair).collect::<Result<_, Cancelled>>()?;
+    let mut all = Judged { violations, is_corner: vec![false; quads.positions.len()], distances: Vec::new() };
+    for (c, part) in judged {
+        for (&v, is_corner) in quad_parts[c].vertices.iter().zip(part.is_corner) {
+            all.is_corner[v as usize] = is_corner;
+        }
+        all.distances.extend(part.distances);
+        for violation in part.violations {
+            match all.violations.iter_mut().find(|v| v.check == violation.check) {
+                Some(known) => known.join(violation),
+                None => all.violations.push(violation),
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// The checks of one connected component of the quads against its component of the surface.
+fn judge_pair(
+    ctx: &RunContext,
+    surface: &Surface,
+    index: &SurfaceIndex,
+    quads: &QuadMesh,
+    topology: &QuadTopology,
+) -> Result<Judged, Cancelled> {
+    let diagonal = surface.mesh.diagonal();
+    let foot = |(i, &p): (usize, &DVec3)| {
+        if i % 1024 == 0 {
+            ctx.check()?;
+        }
+        Ok(index.closest(p))
+    };
+    let feet: Vec<SurfacePoint> = quads.positions.par_iter().enumerate().map(foot).collect::<Result<_, Cancelled>>()?;
+    let curves = curves::check(ctx, surface, quads, topology, diagonal)?;
+    let oriented = orientation::check(ctx, index, quads, &feet, diagonal)?;
+    let mut violations: Vec<Violation> = oriented.into_iter().flatten().collect();
+    violations.extend(curves.violations);
+    violations.extend(boundary::check(&surface.mesh, quads, topology));
+    Ok(Judged { violations, is_corner: curves.is_corner, distances: curves.distances })
 }

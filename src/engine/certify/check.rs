@@ -34,12 +34,12 @@ pub enum Check {
     ZeroArea,
     /// A corner of the feature network is not a vertex of the quads; witnesses are vertices of the surface.
     Corner,
-    /// A feature curve is not a chain of quad edges; witnesses are first vertices of curves of the surface.
+    /// A feature curve is not a chain of quad edges; witnesses are vertices in the middle of curves of the surface.
     FeatureCurve,
-    /// A piece of the surface's boundary is not a chain of boundary edges of the quads; witnesses are first vertices
-    /// of pieces of the surface's boundary.
+    /// A piece of the surface's boundary is not a chain of boundary edges of the quads; witnesses are vertices in
+    /// the middle of pieces of the surface's boundary.
     BoundaryCurve,
-    /// The boundary loops do not correspond one to one; witnesses are boundary loops of the quads.
+    /// The boundary loops do not correspond one to one; witnesses are vertices of the quads, one of each such loop.
     BoundaryLoop,
 }
 
@@ -68,6 +68,11 @@ impl Check {
     }
 }
 
+/// At most this many places are kept …
+const MOST_WITNESSES: usize = 200;
+/// … and so many told to people.
+const MOST_TOLD: usize = 10;
+
 /// One failed check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Violation {
@@ -75,7 +80,7 @@ pub struct Violation {
     pub check: Check,
     /// How often.
     pub count: usize,
-    /// The first ten places, by index; of what, the check says.
+    /// The first places, by index; of what, the check says.
     pub witnesses: Vec<u32>,
 }
 
@@ -83,9 +88,16 @@ impl Violation {
     /// The violation of `check` at these places, or nothing if there are none.
     pub(super) fn at(check: Check, places: impl IntoIterator<Item = u32>) -> Option<Self> {
         let mut places = places.into_iter();
-        let witnesses: Vec<u32> = places.by_ref().take(10).collect();
+        let witnesses: Vec<u32> = places.by_ref().take(MOST_WITNESSES).collect();
         let count = witnesses.len() + places.count();
         (count > 0).then_some(Self { check, count, witnesses })
+    }
+
+    /// Adds another violation of the same check.
+    pub(super) fn join(&mut self, other: Self) {
+        self.count += other.count;
+        self.witnesses.extend(other.witnesses);
+        self.witnesses.truncate(MOST_WITNESSES);
     }
 
     /// The violation of `check` if two numbers differ.
@@ -99,8 +111,8 @@ impl Display for Violation {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} {}", self.count, self.check.says())?;
         if !self.witnesses.is_empty() {
-            let list: Vec<String> = self.witnesses.iter().map(u32::to_string).collect();
-            write!(f, " (at {}{})", list.join(", "), if self.count > self.witnesses.len() { ", …" } else { "" })?;
+            let list: Vec<String> = self.witnesses.iter().take(MOST_TOLD).map(u32::to_string).collect();
+            write!(f, " (at {}{})", list.join(", "), if self.count > list.len() { ", …" } else { "" })?;
         }
         Ok(())
     }

@@ -1,106 +1,151 @@
 //! Components of the quads against components of the surface.
 
+use crate::engine::certify::distance::triangulate;
+use crate::engine::certify::shape::mean;
 use crate::engine::certify::{Check, ComponentTopology, QuadTopology, Violation};
-use crate::engine::mesh::{SurfaceIndex, SurfacePoint, TriMesh};
+use crate::engine::mesh::{NONE, SurfaceIndex, SurfacePart, TriMesh};
 use crate::engine::quad::QuadMesh;
+use crate::engine::run::{Cancelled, RunContext};
+use rayon::prelude::*;
 
-/// The components of a surface: per face its component, and their numbers.
-pub(super) struct SurfaceComponents {
-    of_face: Vec<u32>,
-    of_vertex: Vec<u32>,
-    pub(super) topology: Vec<ComponentTopology>,
+/// One connected component of the quads.
+pub(super) struct QuadPart {
+    pub(super) mesh: QuadMesh,
+    /// Per vertex of the component, its vertex in the whole.
+    pub(super) vertices: Vec<u32>,
+    /// Per quad of the component, its quad in the whole.
+    pub(super) quads: Vec<u32>,
 }
 
-impl SurfaceComponents {
-    pub(super) fn new(mesh: &TriMesh) -> Self {
-        let (of_face, n) = mesh.components();
-        let mut euler = vec![0i64; n];
-        let mut of_vertex = vec![0; mesh.n_vertices()];
-        for (f, face) in mesh.faces().iter().enumerate() {
-            let c = of_face[f];
-            euler[c as usize] += 1;
-            for (k, &v) in face.iter().enumerate() {
-                of_vertex[v as usize] = c;
-                euler[c as usize] -= i64::from(mesh.is_edge_owner(3 * f + k));
+/// The components of the quads, in order of first quads.
+pub(super) fn parts(quads: &QuadMesh, topology: &QuadTopology) -> Vec<QuadPart> {
+    let empty = || QuadPart { mesh: QuadMesh::default(), vertices: Vec::new(), quads: Vec::new() };
+    let mut parts: Vec<QuadPart> = topology.components.iter().map(|_| empty()).collect();
+    let mut local = vec![NONE; quads.positions.len()];
+    for ((q, quad), &c) in (0u32..).zip(&quads.quads).zip(&topology.component) {
+        let part = &mut parts[c as usize];
+        part.quads.push(q);
+        part.mesh.quads.push(quad.map(|v| {
+            if local[v as usize] == NONE {
+                local[v as usize] = part.vertices.len() as u32;
+                part.vertices.push(v);
+                part.mesh.positions.push(quads.positions[v as usize]);
             }
-        }
-        for &c in &of_vertex {
-            euler[c as usize] += 1;
-        }
-        let mut boundaries = vec![0; n];
-        for boundary in mesh.boundary_loops() {
-            boundaries[of_face[boundary[0] / 3] as usize] += 1;
-        }
-        let topology = euler.iter().zip(&boundaries).map(|(&e, &b)| ComponentTopology::new(e, b)).collect();
-        Self { of_face, of_vertex, topology }
+            local[v as usize]
+        }));
     }
+    parts
 }
 
-/// Totals, and component by component. A component of the quads belongs to the component of the surface that most of
-/// its vertices are nearest to. Where components of the surface touch or lie in the same place, that is undecided:
-/// the components left over on both sides must then have the same topologies in some order, and each left-over one of
-/// the surface must have quads over it, on average nearer than a quad's mean edge.
-pub(super) fn check(
+/// The topology of a connected surface.
+fn topology_of(mesh: &TriMesh) -> ComponentTopology {
+    let topology = mesh.topology();
+    ComponentTopology::new(topology.euler, topology.boundaries)
+}
+
+/// Which component of the quads stands for which component of the surface: (component of the surface, component of the
+/// quads), and the violations. A component of the quads belongs to the component of the surface that most of its
+/// vertices are nearest to, if the two have the same topology and neither has another partner. Where components of the
+/// surface touch or lie in the same place that is undecided: the components left over on both sides must then have the
+/// same topologies in some order, and each left-over one of the surface gets the nearest of the quads' with its
+/// topology, which must lie over it, on average nearer than a quad's mean edge. `index` is the one of the whole surface
+/// `mesh`.
+///
+/// # Errors
+/// Only that the run was stopped.
+pub(super) fn pair(
+    ctx: &RunContext,
     mesh: &TriMesh,
-    quads: &QuadMesh,
+    index: &SurfaceIndex,
+    surface: &[SurfacePart],
+    quads: &[QuadPart],
     topology: &QuadTopology,
-    feet: &[SurfacePoint],
-    quad_index: &SurfaceIndex,
-    mean_edge: f64,
-) -> Vec<Violation> {
-    let surface = SurfaceComponents::new(mesh);
+) -> Result<(Vec<(usize, usize)>, Vec<Violation>), Cancelled> {
+    let wanted: Vec<ComponentTopology> = surface.iter().map(|part| topology_of(&part.surface.mesh)).collect();
+    let violations = totals(&topology.components, &wanted);
+    let winner: Vec<Option<usize>> = if surface.len() == 1 {
+        vec![Some(0); quads.len()]
+    } else {
+        let (of_face, n) = mesh.components();
+        let vote = |part: &QuadPart| {
+            ctx.check()?;
+            let mut votes = vec![0usize; n];
+            for &p in &part.mesh.positions {
+                votes[of_face[index.closest(p).face as usize] as usize] += 1;
+            }
+            Ok((0..n).max_by_key(|&s| (votes[s], n - s)))
+        };
+        quads.par_iter().map(vote).collect::<Result<_, _>>()?
+    };
+    let mut owners: Vec<Vec<usize>> = vec![Vec::new(); surface.len()];
+    for (c, winner) in winner.iter().enumerate() {
+        if let Some(s) = *winner {
+            owners[s].push(c);
+        }
+    }
+    let mut pairs = Vec::new();
+    let mut open = Vec::new();
+    for (s, owners) in owners.iter().enumerate() {
+        match owners.as_slice() {
+            [c] if topology.components[*c] == wanted[s] => pairs.push((s, *c)),
+            _ => open.push(s),
+        }
+    }
+    let mut left: Vec<usize> = (0..quads.len()).filter(|c| pairs.iter().all(|p| p.1 != *c)).collect();
+    let mut lost = Vec::new();
+    for s in open {
+        ctx.check()?;
+        let alike = left.iter().copied().filter(|&c| topology.components[c] == wanted[s]);
+        let costs: Vec<(f64, usize)> = alike.map(|c| (distance(&surface[s], &quads[c]), c)).collect();
+        match costs.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some(&(cost, c)) if cost <= 1.0 => {
+                left.retain(|&other| other != c);
+                pairs.push((s, c));
+            }
+            _ => lost.push(s as u32),
+        }
+    }
+    pairs.sort_unstable();
+    Ok((pairs, violations.into_iter().chain(Violation::at(Check::ComponentMatch, lost)).collect()))
+}
+
+fn totals(found: &[ComponentTopology], wanted: &[ComponentTopology]) -> Vec<Violation> {
     let sum = |list: &[ComponentTopology]| -> (usize, usize) {
         (list.iter().map(|c| c.boundaries).sum(), list.iter().map(|c| c.genus).sum())
     };
-    let ((b, g), (b0, g0)) = (sum(&topology.components), sum(&surface.topology));
-    let mut found: Vec<Violation> = [
-        Violation::unequal(Check::Components, topology.components.len(), surface.topology.len()),
+    let ((b, g), (b0, g0)) = (sum(found), sum(wanted));
+    let unequal = [
+        Violation::unequal(Check::Components, found.len(), wanted.len()),
         Violation::unequal(Check::Boundaries, b, b0),
         Violation::unequal(Check::Genus, g, g0),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    let mut votes: Vec<(u32, u32)> = quads
-        .quads
-        .iter()
-        .zip(&topology.component)
-        .flat_map(|(quad, &c)| quad.map(|v| (c, surface.of_face[feet[v as usize].face as usize])))
+    ];
+    unequal.into_iter().flatten().collect()
+}
+
+/// Vertices of a component of the surface that are looked at for its distance.
+const SAMPLES: usize = 200;
+
+/// The mean distance from a component of the surface to one of the quads, in mean diagonals of the quads. Where the
+/// quads nearest to a vertex face the other way, half a diagonal is added: sheets that lie in the same place are told
+/// apart by their sides.
+fn distance(surface: &SurfacePart, quads: &QuadPart) -> f64 {
+    let Some(triangles) = triangulate(&quads.mesh) else { return f64::INFINITY };
+    let mesh = &surface.surface.mesh;
+    let (index, sides) = (SurfaceIndex::new(&triangles), SurfaceIndex::new(mesh));
+    let diagonals = quads.mesh.quads.iter().map(|q| {
+        let [a, b, c, d] = q.map(|v| quads.mesh.positions[v as usize]);
+        0.5 * (a.distance(c) + b.distance(d))
+    });
+    let unit = mean(&diagonals.collect::<Vec<f64>>());
+    let step = mesh.n_vertices().div_ceil(SAMPLES).max(1);
+    let distances: Vec<f64> = (0..mesh.n_vertices() as u32)
+        .step_by(step)
+        .map(|v| {
+            let p = mesh.position(v);
+            let foot = index.closest(p);
+            let opposed = index.normal(foot.face).dot(sides.smooth_normal(&sides.closest(p))) < 0.0;
+            foot.distance / unit + if opposed { 0.5 } else { 0.0 }
+        })
         .collect();
-    votes.sort_unstable();
-    let mut winner: Vec<(usize, u32)> = vec![(0, u32::MAX); topology.components.len()];
-    for run in votes.chunk_by(|x, y| x == y) {
-        let best = &mut winner[run[0].0 as usize];
-        if run.len() > best.0 {
-            *best = (run.len(), run[0].1);
-        }
-    }
-    let mut owners: Vec<Vec<u32>> = vec![Vec::new(); surface.topology.len()];
-    for (c, &(_, s)) in (0u32..).zip(&winner) {
-        if let Some(list) = owners.get_mut(s as usize) {
-            list.push(c);
-        }
-    }
-    let settled =
-        |s: usize| matches!(owners[s].as_slice(), [c] if topology.components[*c as usize] == surface.topology[s]);
-    let open: Vec<usize> = (0..owners.len()).filter(|&s| !settled(s)).collect();
-    let key = |c: &ComponentTopology| (c.boundaries, c.genus);
-    let mut wanted: Vec<_> = open.iter().map(|&s| key(&surface.topology[s])).collect();
-    let is_left = |c: u32| !matches!(winner[c as usize].1, s if s != u32::MAX && settled(s as usize));
-    let mut left: Vec<_> =
-        (0u32..).zip(&topology.components).filter(|(c, _)| is_left(*c)).map(|(_, t)| key(t)).collect();
-    wanted.sort_unstable();
-    left.sort_unstable();
-    let mut vertices: Vec<u32> = if open.is_empty() { Vec::new() } else { (0..mesh.n_vertices() as u32).collect() };
-    vertices.sort_by_key(|&v| surface.of_vertex[v as usize]);
-    let is_covered = |s: usize| {
-        let from = |c: usize| vertices.partition_point(|&v| (surface.of_vertex[v as usize] as usize) < c);
-        let of_s = &vertices[from(s)..from(s + 1)];
-        let some = of_s.iter().step_by(of_s.len().div_ceil(200).max(1));
-        let distances: Vec<f64> = some.map(|&v| quad_index.closest(mesh.position(v)).distance).collect();
-        distances.iter().sum::<f64>() <= mean_edge * distances.len() as f64
-    };
-    let lost = open.iter().copied().filter(|&s| wanted != left || !is_covered(s)).map(|s| s as u32);
-    found.extend(Violation::at(Check::ComponentMatch, lost));
-    found
+    mean(&distances)
 }

@@ -23,6 +23,8 @@ const CORNER: f64 = 1e-6;
 const COVERED: f64 = 0.95;
 /// … and no more samples in a row may be uncovered: about half a quad edge.
 const GAP: usize = 5;
+/// An edge passes through a vertex of a curve if it comes this near, in parts of its reach.
+const LINK: f64 = 0.05;
 /// Curves get a sample per tenth of a mean quad edge, at most about so many.
 const SAMPLES: f64 = 200_000.0;
 /// … and each at least so many.
@@ -31,12 +33,10 @@ const LEAST_SAMPLES: f64 = 8.0;
 /// What the curve checks found.
 pub(super) struct Curves {
     pub(super) violations: Vec<Violation>,
-    /// Largest and mean distance of a sample to the nearest quad edge, in model units.
-    pub(super) error: (f64, f64),
+    /// Distance of each sample to the nearest quad edge, in model units.
+    pub(super) distances: Vec<f64>,
     /// Per quad vertex, whether a corner of the surface is there.
     pub(super) is_corner: Vec<bool>,
-    /// Mean length of the quad edges.
-    pub(super) mean_edge: f64,
 }
 
 /// A maximal chain of feature edges, or of boundary edges, between corners and junctions, or closed.
@@ -111,17 +111,16 @@ pub(super) fn check(
         let end = start + samples[start..].iter().take_while(|s| s.curve == c).count();
         let ends = [curve.vertices[0], curve.vertices[curve.vertices.len() - 1]];
         let ends = ends.map(|v| at_corner.binary_search_by_key(&v, |a| a.0).ok().map(|i| at_corner[i].1.as_slice()));
-        if !is_chain(&judged[start..end], &topology.edges, ends) {
-            torn[usize::from(curve.is_boundary)].push(curve.vertices[0]);
+        let links = links(surface, curve, if curve.is_boundary { &boundary } else { &all });
+        if !is_chain(&judged[start..end], &links, &topology.edges, ends) {
+            torn[usize::from(curve.is_boundary)].push(curve.vertices[curve.vertices.len() / 2]);
         }
         start = end;
     }
     let [torn_features, torn_boundary] = torn;
     violations.extend(Violation::at(Check::FeatureCurve, torn_features));
     violations.extend(Violation::at(Check::BoundaryCurve, torn_boundary));
-    let distances: Vec<f64> = judged.iter().map(|j| j.1).collect();
-    let error = (distances.iter().copied().fold(0.0, f64::max), mean(&distances));
-    Ok(Curves { violations, error, is_corner, mean_edge })
+    Ok(Curves { violations, distances: judged.iter().map(|j| j.1).collect(), is_corner })
 }
 
 /// Per corner of the surface, in order, the vertices of the quads at its place; per quad vertex, whether it is one.
@@ -267,9 +266,24 @@ impl Walk {
     }
 }
 
-/// Whether one connected set of the candidate edges covers the samples and reaches the ends, where those are corners.
-fn is_chain(judged: &[(Vec<u32>, f64)], edges: &[[u32; 2]], ends: [Option<&[u32]>; 2]) -> bool {
-    let mut chosen: Vec<u32> = judged.iter().flat_map(|(c, _)| c).copied().collect();
+/// Quad edges that pass through vertices of the curve: quads that follow a curve exactly have edges shorter than the
+/// distance of two samples. They hold a chain together, but cover no sample.
+fn links(surface: &Surface, curve: &Curve, index: &SegmentIndex) -> Vec<u32> {
+    let mut links = Vec::new();
+    for &v in &curve.vertices {
+        index.reaching(surface.mesh.position(v), |segment, distance| {
+            if distance <= LINK * segment.reach {
+                links.push(segment.name);
+            }
+        });
+    }
+    links
+}
+
+/// Whether one connected set of the candidate edges and links covers the samples and reaches the ends, where those are
+/// corners.
+fn is_chain(judged: &[(Vec<u32>, f64)], links: &[u32], edges: &[[u32; 2]], ends: [Option<&[u32]>; 2]) -> bool {
+    let mut chosen: Vec<u32> = judged.iter().flat_map(|(c, _)| c).chain(links).copied().collect();
     chosen.sort_unstable();
     chosen.dedup();
     let mut vertices: Vec<u32> = chosen.iter().flat_map(|&e| edges[e as usize]).collect();

@@ -31,7 +31,12 @@ pub fn fallback_draft(
     let base;
     let mut start = surface;
     if surface.mesh.n_faces() as f64 > 20.0 * triangles {
-        let options = IsotropicOptions { sweeps: 1, room_at_features: false, ..IsotropicOptions::dense(0.3 * edge) };
+        let options = IsotropicOptions {
+            sweeps: 1,
+            room_at_features: false,
+            strict: true,
+            ..IsotropicOptions::dense(0.3 * edge)
+        };
         base = remesh_isotropic(ctx, surface, original, &options)?;
         start = &base;
     }

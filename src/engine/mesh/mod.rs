@@ -12,7 +12,7 @@ pub mod shapes;
 mod soup;
 mod tri_mesh;
 
-pub use conditioned::{Conditioned, Surface};
+pub use conditioned::{Conditioned, Surface, SurfacePart};
 pub use feature_detection::{FeatureOptions, detect_features};
 pub use features::Features;
 pub use locate::{SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};

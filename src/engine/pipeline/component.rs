@@ -1,78 +1,177 @@
 //! Connected components apart, each with its share of the quads.
 
+use glam::DVec3;
+
 use crate::engine::mesh::Features;
-use crate::engine::mesh::NONE;
 use crate::engine::mesh::Surface;
-use crate::engine::mesh::TriMesh;
+use crate::engine::mesh::SurfacePart;
+use crate::engine::mesh::closest_on_segment;
 
 /// One connected component of a surface and its density.
 #[derive(Clone, Debug)]
 pub(super) struct Component {
     pub(super) surface: Surface,
+    /// Per vertex, its vertex in the whole surface.
+    pub(super) vertices: Vec<u32>,
     /// Length of a quad edge in model units.
     pub(super) edge_length: f64,
     /// Area over squared edge length.
     pub(super) quads: f64,
 }
 
+/// Feature curves shorter than this many quad edges are given up as a whole.
+const SHORT_CURVE: f64 = 6.0;
+/// What is left of a feature curve is kept from this many quad edges on.
+const STUMP: f64 = 2.0;
+
 impl Component {
     /// The component without its interior features; `None` if it has none. Corners of the boundary stay.
     pub(super) fn without_features(&self) -> Option<Self> {
-        if self.surface.features.edges.is_empty() {
+        (!self.surface.features.edges.is_empty()).then(|| self.with_edges(Vec::new()))
+    }
+
+    /// The component without the feature edges near some places: short curves as a whole, of long ones the part within
+    /// `radius` (model units), and what is left of them if it is only a stump. `None` if no feature is there.
+    pub(super) fn without_features_near(&self, places: &[DVec3], radius: f64) -> Option<Self> {
+        let mesh = &self.surface.mesh;
+        let edges = &self.surface.features.edges;
+        let ends = |e: &[u32; 2]| e.map(|v| mesh.position(v));
+        let length = |e: &[u32; 2]| ends(e)[0].distance(ends(e)[1]);
+        let is_near = |e: &[u32; 2]| {
+            let [a, b] = ends(e);
+            places.iter().any(|&p| closest_on_segment(p, a, b).1.distance(p) <= radius)
+        };
+        let near: Vec<bool> = edges.iter().map(is_near).collect();
+        if !near.contains(&true) {
             return None;
         }
-        let mut bare = self.clone();
-        bare.surface.features.edges.clear();
-        bare.surface.features.corners.retain(|&v| self.surface.mesh.is_boundary_vertex(v));
-        Some(bare)
+        let curve = curves(edges, &self.surface.features.corners);
+        let mut sizes = vec![0.0; edges.len()];
+        let mut touched = vec![false; edges.len()];
+        for (e, &c) in curve.iter().enumerate() {
+            sizes[c] += length(&edges[e]);
+            touched[c] |= near[e];
+        }
+        let goes = |e: usize| near[e] || touched[curve[e]] && sizes[curve[e]] < SHORT_CURVE * self.edge_length;
+        let mut kept: Vec<[u32; 2]> = (0..edges.len()).filter(|&e| !goes(e)).map(|e| edges[e]).collect();
+        // Stumps: curves with a loose end that was none before.
+        loop {
+            let curve = curves(&kept, &self.surface.features.corners);
+            let (before, now) = (degrees(edges, mesh.n_vertices()), degrees(&kept, mesh.n_vertices()));
+            let mut sizes = vec![0.0; kept.len()];
+            let mut loose = vec![false; kept.len()];
+            for (e, &c) in curve.iter().enumerate() {
+                sizes[c] += length(&kept[e]);
+                loose[c] |= kept[e].iter().any(|&v| now[v as usize] == 1 && before[v as usize] > 1);
+            }
+            let is_stump = |e: usize| loose[curve[e]] && sizes[curve[e]] < STUMP * self.edge_length;
+            let next: Vec<[u32; 2]> = (0..kept.len()).filter(|&e| !is_stump(e)).map(|e| kept[e]).collect();
+            if next.len() == kept.len() {
+                break;
+            }
+            kept = next;
+        }
+        Some(self.with_edges(kept))
     }
+
+    /// The same component with some of its feature edges only, in their order. Corners stay where a feature or the
+    /// boundary is left, and loose ends become corners.
+    fn with_edges(&self, edges: Vec<[u32; 2]>) -> Self {
+        let mesh = &self.surface.mesh;
+        let (before, now) =
+            (degrees(&self.surface.features.edges, mesh.n_vertices()), degrees(&edges, mesh.n_vertices()));
+        let is_corner = |v: u32| {
+            let (before, now) = (before[v as usize], now[v as usize]);
+            let was = self.surface.features.is_corner(v) && (now > 0 || mesh.is_boundary_vertex(v));
+            was || now != before && now > 0
+        };
+        let corners = (0..mesh.n_vertices() as u32).filter(|&v| is_corner(v)).collect();
+        let surface = Surface { mesh: mesh.clone(), features: Features { edges, corners } };
+        Self { surface, vertices: self.vertices.clone(), ..*self }
+    }
+}
+
+fn degrees(edges: &[[u32; 2]], n: usize) -> Vec<u32> {
+    let mut degrees = vec![0; n];
+    for &v in edges.iter().flatten() {
+        degrees[v as usize] += 1;
+    }
+    degrees
+}
+
+/// Per edge, the first edge of its curve: edges that meet where there is no corner.
+fn curves(edges: &[[u32; 2]], corners: &[u32]) -> Vec<usize> {
+    let mut parent: Vec<usize> = (0..edges.len()).collect();
+    let mut ends: Vec<(u32, usize)> = edges.iter().enumerate().flat_map(|(e, v)| [(v[0], e), (v[1], e)]).collect();
+    ends.sort_unstable();
+    for group in ends.chunk_by(|a, b| a.0 == b.0) {
+        if let [(v, e), (_, f)] = *group
+            && corners.binary_search(&v).is_err()
+        {
+            let (e, f) = (root(&parent, e), root(&parent, f));
+            parent[e.max(f)] = e.min(f);
+        }
+    }
+    (0..edges.len()).map(|e| root(&parent, e)).collect()
+}
+
+fn root(parent: &[usize], mut e: usize) -> usize {
+    while parent[e] != e {
+        e = parent[e];
+    }
+    e
 }
 
 /// Fewest quads that a component gets: fewer cannot show its shape.
 const MIN_QUADS: f64 = 24.0;
 
-/// Splits a surface; components in order of their first faces, faces and vertices in their order.
+/// Splits a surface; components in order of their first faces.
 pub(super) fn split(surface: &Surface, edge_length: f64) -> Vec<Component> {
-    let (component_of, n) = surface.mesh.components();
-    if n == 1 {
-        return vec![with_density(surface.clone(), edge_length)];
-    }
-    let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); n];
-    let mut positions = vec![Vec::new(); n];
-    let mut local = vec![NONE; surface.mesh.n_vertices()];
-    let mut home = vec![NONE; surface.mesh.n_vertices()];
-    for (f, &c) in component_of.iter().enumerate() {
-        let face = surface.mesh.face(f).map(|v| {
-            if local[v as usize] == NONE {
-                local[v as usize] = positions[c as usize].len() as u32;
-                home[v as usize] = c;
-                positions[c as usize].push(surface.mesh.position(v));
-            }
-            local[v as usize]
-        });
-        faces[c as usize].push(face);
-    }
-    let mut features = vec![Features::default(); n];
-    for &[a, b] in &surface.features.edges {
-        let (la, lb) = (local[a as usize], local[b as usize]);
-        features[home[a as usize] as usize].edges.push([la.min(lb), la.max(lb)]);
-    }
-    for &v in &surface.features.corners {
-        features[home[v as usize] as usize].corners.push(local[v as usize]);
-    }
-    let parts = positions.into_iter().zip(faces).zip(features);
-    parts
-        .map(|((positions, faces), mut features)| {
-            features.edges.sort_unstable();
-            features.corners.sort_unstable();
-            let mesh = TriMesh::try_new(positions, faces).expect("a component of a manifold is a manifold");
-            with_density(Surface { mesh, features }, edge_length)
-        })
-        .collect()
+    let component = |part: SurfacePart| {
+        let area = part.surface.mesh.total_area();
+        let edge_length = edge_length.min((area / MIN_QUADS).sqrt());
+        Component {
+            surface: part.surface,
+            vertices: part.vertices,
+            edge_length,
+            quads: area / (edge_length * edge_length),
+        }
+    };
+    surface.parts().into_iter().map(component).collect()
 }
 
-fn with_density(surface: Surface, edge_length: f64) -> Component {
-    let area = surface.mesh.total_area();
-    let edge_length = edge_length.min((area / MIN_QUADS).sqrt());
-    Component { surface, edge_length, quads: area / (edge_length * edge_length) }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mesh::shapes::sample_surface;
+
+    /// A cube and the length of its side.
+    fn cube(edges_per_side: f64) -> (Component, DVec3, f64) {
+        let surface = sample_surface("cube", 1200).unwrap();
+        let corner = surface.mesh.position(surface.features.corners[0]);
+        let side = (surface.mesh.total_area() / 6.0).sqrt();
+        let component = split(&surface, side / edges_per_side).remove(0);
+        (component, corner, side)
+    }
+
+    #[test]
+    fn short_curves_go_as_a_whole_and_long_ones_only_near_the_place() {
+        let (coarse, corner, side) = cube(4.0);
+        let (all, bare) = (coarse.surface.features.edges.len(), coarse.without_features().unwrap());
+        assert_eq!((bare.surface.features.edges.len(), bare.surface.features.corners.len()), (0, 0));
+        assert!(bare.without_features().is_none() && bare.without_features_near(&[corner], side).is_none());
+        let less = coarse.without_features_near(&[corner], 0.1 * side).unwrap();
+        assert_eq!(4 * less.surface.features.edges.len(), 3 * all, "three of twelve sides");
+        assert_eq!(less.surface.features.corners.len(), 7);
+        let (fine, corner, side) = cube(10.0);
+        assert!(fine.without_features_near(&[corner * 3.0], 0.1 * side).is_none());
+        let less = fine.without_features_near(&[corner], 0.3 * side).unwrap();
+        let lost = (all - less.surface.features.edges.len()) as f64 / all as f64;
+        assert!((lost - 3.0 * 0.3 / 12.0).abs() < 0.03, "{lost}");
+        // One corner is gone, and three loose ends are new.
+        assert_eq!(less.surface.features.corners.len(), 10);
+        // What is left of each side would be a stump.
+        let stumps = fine.without_features_near(&[corner], 0.9 * side).unwrap();
+        assert_eq!(4 * stumps.surface.features.edges.len(), 3 * all);
+    }
 }

@@ -1,22 +1,23 @@
 //! The ladder of one component: the map first, then roads that need less, until a certificate passes.
 //!
-//! Every candidate goes through the same optimisation and the same certificate. A panic in the map's road is contained:
-//! it costs the component its level, never the run.
+//! Every candidate goes through the same optimisation and the same certificate (`finish`). A panic in the map's road is
+//! contained: it costs the component its level, never the run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::engine::certify::certify;
-use crate::engine::fallback::{fallback_draft, split_draft};
+use glam::DVec3;
+
+use crate::engine::mesh::Features;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::mesh::{IsotropicOptions, remesh_isotropic};
-use crate::engine::methods::quad_cover::{QuadCoverMap, QuadCoverOptions, quad_cover};
+use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, QuadCoverOptions, quad_cover};
 use crate::engine::pipeline::component::Component;
+use crate::engine::pipeline::finish::{Improve, finish};
 use crate::engine::pipeline::report::Level;
+use crate::engine::pipeline::road::Road;
 use crate::engine::pipeline::spec::{Align, RemeshSpec};
-use crate::engine::pipeline::working::{Working, corner_map, renumber_corners, working_surface};
+use crate::engine::pipeline::working::{Working, renumber_corners, working_surface};
 use crate::engine::quad::QuadDraft;
-use crate::engine::quad::extract::extract_quads;
-use crate::engine::quad::{OptimiseOptions, improve_connectivity, optimise};
+use crate::engine::quad::extract::{ExtractError, extract_quads};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
@@ -28,8 +29,8 @@ pub(super) struct Solved {
     pub(super) level: Level,
     /// The map, also when the quads come from another level.
     pub(super) map: Option<(Working, QuadCoverMap)>,
-    /// Whether the detected features of the component were given up.
-    pub(super) gives_up_features: bool,
+    /// The features that the quads keep, where some of the component's were given up.
+    pub(super) kept_features: Option<Features>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -37,12 +38,6 @@ pub(super) struct Solved {
 const HOPELESS_FLIPS: usize = 400;
 /// Integers of a map after which no other field is tried: rounding them takes longer than a fallback.
 const HOPELESS_INTEGERS: usize = 500;
-
-/// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
-const MOST_IMPROVED: usize = 3;
-
-/// Sweeps of the optimiser.
-const OPTIMISE_ITERATIONS: usize = 20;
 
 /// One rung of the ladder.
 #[derive(Clone, Copy)]
@@ -53,19 +48,42 @@ enum Rung {
     Plain(Road),
 }
 
-/// The rungs in order, and whether the features that were detected are given up on them. Features go before the map
-/// does only when pairs of triangles could not keep them either: then they are detail below the size of the quads.
-fn rungs(spec: &RemeshSpec) -> [(Rung, bool); 8] {
+/// Which of the detected features a rung keeps.
+#[derive(Clone, Copy, PartialEq)]
+enum Keep {
+    /// All but those near places where quads failed, within so many quad edges (0: all).
+    Far(f64),
+    None,
+}
+
+/// The rungs in order. Features near failed quads are detail below the size of the quads, and go first; all go before
+/// the map does only when pairs of triangles could not keep them either.
+fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 11] {
+    let (map, smoother) = (Rung::Map(spec.smoothing), Rung::Map(0.5 + 0.5 * spec.smoothing));
     [
-        (Rung::Map(spec.smoothing), false),
-        (Rung::Map(0.5 + 0.5 * spec.smoothing), false),
-        (Rung::Plain(Road::Paired), false),
-        (Rung::Map(spec.smoothing), true),
-        (Rung::Plain(Road::SplitCoarse), false),
-        (Rung::Plain(Road::Paired), true),
-        (Rung::Plain(Road::SplitInput), false),
-        (Rung::Plain(Road::SplitInput), true),
+        (map, Keep::Far(0.0)),
+        (map, Keep::Far(1.5)),
+        (smoother, Keep::Far(0.0)),
+        (map, Keep::Far(4.0)),
+        (Rung::Plain(Road::Paired(1)), Keep::Far(0.0)),
+        (map, Keep::None),
+        (Rung::Plain(Road::Paired(1)), Keep::None),
+        (Rung::Plain(Road::Paired(3)), Keep::Far(4.0)),
+        (Rung::Plain(Road::Paired(3)), Keep::None),
+        (Rung::Plain(Road::SplitInput), Keep::Far(0.0)),
+        (Rung::Plain(Road::SplitInput), Keep::None),
     ]
+}
+
+/// A climb under way.
+struct Climb<'a> {
+    whole: &'a Component,
+    index: SurfaceIndex,
+    /// Places where quads of the map failed.
+    places: Vec<DVec3>,
+    map: Option<(Working, QuadCoverMap)>,
+    no_second_field: bool,
+    warnings: Vec<String>,
 }
 
 /// Finds certified quads for a component.
@@ -77,96 +95,91 @@ pub(super) fn climb(
     component: &Component,
     spec: &RemeshSpec,
 ) -> Result<Result<Solved, String>, Cancelled> {
-    let index = SurfaceIndex::new(&component.surface.mesh);
-    // Features that the user named are never given up.
-    let bare = (spec.features.edges.is_empty()).then(|| component.without_features()).flatten();
-    let mut warnings = Vec::new();
-    let mut kept_map: Option<(Working, QuadCoverMap)> = None;
-    let mut no_second_field = false;
+    let mut climb = Climb {
+        whole: component,
+        index: SurfaceIndex::new(&component.surface.mesh),
+        places: Vec::new(),
+        map: None,
+        no_second_field: false,
+        warnings: Vec::new(),
+    };
     let mut last = String::new();
-    for (rung, gives_up_features) in rungs(spec) {
+    for (rung, keep) in rungs(spec) {
         ctx.check()?;
-        let component = match (&bare, gives_up_features) {
-            (_, false) => component,
-            (Some(bare), true) => bare,
-            (None, true) => continue,
-        };
+        let Some(component) = climb.component(keep, spec) else { continue };
+        let keeps_all = component.surface.features == climb.whole.surface.features;
+        if matches!(rung, Rung::Map(_)) && climb.no_second_field && keep == Keep::Far(0.0) {
+            continue;
+        }
         let (draft, map, level) = match rung {
-            Rung::Map(_) if no_second_field && !gives_up_features => continue,
-            Rung::Map(smoothing) => {
-                match catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &index, spec, smoothing))) {
-                    Ok(Ok((draft, map))) => (draft, Some(map), Level::L0),
-                    Ok(Err(Failure::Cancelled(c))) => return Err(c),
-                    Ok(Err(Failure::Cause(cause, map))) => {
-                        warnings.push(format!("no quads from the map: {cause}"));
-                        // Without a map another field fails the same way: too many integers, or a failed solve.
-                        no_second_field |= map.as_deref().is_none_or(is_hopeless);
-                        kept_map = kept_map.or(map.map(|map| *map));
-                        continue;
-                    }
-                    Err(_) => {
-                        warnings.push("no quads from the map: an internal error was contained".to_owned());
-                        continue;
-                    }
-                }
-            }
+            Rung::Map(smoothing) => match climb.by_map(ctx, &component, spec, smoothing)? {
+                Some((draft, map)) => (draft, Some(map), Level::L0),
+                None => continue,
+            },
             Rung::Plain(road) => {
-                let draft = ctx.stage(Stage::Fallback, || road.draft(ctx, component, &index))?;
+                let draft = ctx.stage(Stage::Fallback, || road.draft(ctx, &component, &climb.index))?;
                 (draft, None, road.level())
             }
         };
-        let (draft, cause) = finish(ctx, component, &index, draft)?;
-        no_second_field |= map.as_ref().is_some_and(is_hopeless);
-        let Some(cause) = cause else {
-            if gives_up_features {
-                warnings.push("sharp edges were given up: they are detail below the size of the quads".to_owned());
+        let improve = if map.is_some() { Improve::IfBad } else { Improve::First };
+        let finished = finish(ctx, &component, &climb.index, draft, improve)?;
+        climb.no_second_field |= map.as_ref().is_some_and(is_hopeless);
+        let Some(refusal) = finished.refusal else {
+            let Climb { map: kept_map, mut warnings, .. } = climb;
+            if !keeps_all {
+                let n = climb.whole.surface.features.edges.len() - component.surface.features.edges.len();
+                warnings.push(format!(
+                    "{n} of {} sharp edges were given up: they are detail below the size of the quads",
+                    climb.whole.surface.features.edges.len()
+                ));
             }
-            let map = map.or(kept_map);
-            return Ok(Ok(Solved { draft, level, map, gives_up_features, warnings }));
+            let kept_features = (!keeps_all).then_some(component.surface.features);
+            return Ok(Ok(Solved { draft: finished.draft, level, map: map.or(kept_map), kept_features, warnings }));
         };
-        warnings.push(format!("quads of level {level:?} were not certified: {cause}"));
-        kept_map = kept_map.or(map);
-        last = cause;
+        climb.warnings.push(format!("quads of level {level:?} were not certified: {}", refusal.cause));
+        if map.is_some() && keep != Keep::None {
+            climb.places.extend(refusal.places);
+        }
+        climb.map = climb.map.take().or(map);
+        last = refusal.cause;
     }
     Ok(Err(last))
 }
 
-/// The roads without a map, from best to surest.
-#[derive(Clone, Copy)]
-enum Road {
-    /// Pairs of triangles of a coarse remesh, subdivided once.
-    Paired,
-    /// The triangles of a coarse remesh, split.
-    SplitCoarse,
-    /// The triangles of the input, split: the quads lie in the surface itself.
-    SplitInput,
-}
-
-impl Road {
-    fn level(self) -> Level {
-        match self {
-            Road::Paired => Level::L3,
-            Road::SplitCoarse | Road::SplitInput => Level::L4,
+impl Climb<'_> {
+    /// The component with the features that a rung keeps; `None` if a rung above has tried the same.
+    fn component(&self, keep: Keep, spec: &RemeshSpec) -> Option<Component> {
+        // Features that the user named are never given up.
+        let may_give_up = spec.features.edges.is_empty();
+        match keep {
+            Keep::Far(0.0) => Some(self.whole.clone()),
+            Keep::Far(_) if self.places.is_empty() || !may_give_up => None,
+            Keep::Far(edges) => self.whole.without_features_near(&self.places, edges * self.whole.edge_length),
+            Keep::None if may_give_up => self.whole.without_features(),
+            Keep::None => None,
         }
     }
 
-    fn draft(self, ctx: &RunContext, component: &Component, index: &SurfaceIndex) -> Result<QuadDraft, Cancelled> {
-        let surface = &component.surface;
-        match self {
-            Road::Paired => {
-                let draft = fallback_draft(ctx, surface, index, component.quads.ceil() as usize)?;
-                improve_connectivity(ctx, surface, index, draft)
+    /// Quads by field and map; `None`, with a warning, if there are none.
+    fn by_map(
+        &mut self,
+        ctx: &RunContext,
+        component: &Component,
+        spec: &RemeshSpec,
+        smoothing: f64,
+    ) -> Result<Option<(QuadDraft, (Working, QuadCoverMap))>, Cancelled> {
+        match catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &self.index, spec, smoothing))) {
+            Ok(Ok(found)) => return Ok(Some(found)),
+            Ok(Err(Failure::Cancelled(c))) => return Err(c),
+            Ok(Err(Failure::Cause(cause, map))) => {
+                self.warnings.push(format!("no quads from the map: {cause}"));
+                // Without a map another field fails the same way: too many integers, or a failed solve.
+                self.no_second_field |= map.as_deref().is_none_or(is_hopeless);
+                self.map = self.map.take().or(map.map(|map| *map));
             }
-            Road::SplitCoarse => {
-                // Three quads to a triangle: triangles of 4/√3 squared edges have three squared quad edges of area.
-                let edge = component.edge_length * (3.0 * 4.0 / 3.0_f64.sqrt()).sqrt();
-                let options = IsotropicOptions { tolerance: 0.1 * edge, ..IsotropicOptions::coarse(edge) };
-                let coarse = remesh_isotropic(ctx, surface, index, &options)?;
-                let corner_of = corner_map(&coarse, surface);
-                Ok(renumber_corners(split_draft(&coarse), &corner_of))
-            }
-            Road::SplitInput => Ok(split_draft(surface)),
+            Err(_) => self.warnings.push("no quads from the map: an internal error was contained".to_owned()),
         }
+        Ok(None)
     }
 }
 
@@ -194,8 +207,6 @@ fn by_map(
     spec: &RemeshSpec,
     smoothing: f64,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
-    use crate::engine::methods::quad_cover::QuadCoverError;
-    use crate::engine::quad::extract::ExtractError;
     let edge_length = component.edge_length;
     let working =
         ctx.stage(Stage::Refine, || working_surface(ctx, &component.surface, index, edge_length, spec.working_mesh))?;
@@ -216,35 +227,4 @@ fn by_map(
         Err(ExtractError::Cancelled(c)) => Err(Failure::Cancelled(c)),
         Err(e) => Err(Failure::Cause(e.to_string(), Some(Box::new((working, map))))),
     }
-}
-
-/// Optimises a draft and asks the certificate; the cause is what it found wrong. Where the optimised quads fail, their
-/// connectivity is improved once, and at last the draft is judged as it came.
-fn finish(
-    ctx: &RunContext,
-    component: &Component,
-    index: &SurfaceIndex,
-    draft: QuadDraft,
-) -> Result<(QuadDraft, Option<String>), Cancelled> {
-    let surface = &component.surface;
-    let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
-    let judge = |draft: &QuadDraft| -> Result<Option<String>, Cancelled> {
-        let certificate = ctx.stage(Stage::Certify, || certify(ctx, surface, index, &draft.mesh))?;
-        Ok(certificate.violations.first().map(ToString::to_string))
-    };
-    if draft.mesh.quads.len() > MOST_IMPROVED * component.quads.ceil() as usize {
-        let as_it_came = judge(&draft)?;
-        return Ok((draft, as_it_came));
-    }
-    let optimised = ctx.stage(Stage::Optimise, || optimise(ctx, surface, index, draft.clone(), &options))?;
-    let Some(cause) = judge(&optimised)? else { return Ok((optimised, None)) };
-    let improved = ctx.stage(Stage::Optimise, || {
-        let improved = improve_connectivity(ctx, surface, index, optimised)?;
-        optimise(ctx, surface, index, improved, &options)
-    })?;
-    if judge(&improved)?.is_none() {
-        return Ok((improved, None));
-    }
-    let as_it_came = judge(&draft)?;
-    Ok((draft, as_it_came.map(|_| cause)))
 }

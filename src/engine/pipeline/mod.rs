@@ -3,10 +3,12 @@
 mod check;
 mod component;
 mod error;
+mod finish;
 mod ladder;
 mod outcome;
 mod remesh;
 mod report;
+mod road;
 mod spec;
 mod working;
 

@@ -60,7 +60,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let components = split(&surface, edge_length);
     let solved = solve(ctx, &components, spec)?;
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
-    give_up_features(&mut surface, &solved);
+    give_up_features(&mut surface, &components, &solved);
     warn_of(&solved, &mut warnings);
     let map = assemble_map(&components, &solved);
     let mut draft = QuadDraft::default();
@@ -125,16 +125,21 @@ pub(super) fn features(
     detect_features(conditioned, soup, &options)
 }
 
-/// Takes the features of components that gave theirs up out of the surface that the certificate compares with.
-fn give_up_features(surface: &mut Surface, solved: &[Solved]) {
-    if !solved.iter().any(|s| s.gives_up_features) {
+/// Takes the features that components gave up out of the surface that the certificate compares with.
+fn give_up_features(surface: &mut Surface, components: &[Component], solved: &[Solved]) {
+    if solved.iter().all(|s| s.kept_features.is_none()) {
         return;
     }
-    let (component_of, _) = surface.mesh.components();
-    let mesh = &surface.mesh;
-    let is_bare = |v: u32| solved[component_of[mesh.outgoing(v) / 3] as usize].gives_up_features;
-    surface.features.edges.retain(|e| !is_bare(e[0]));
-    surface.features.corners.retain(|&v| !is_bare(v) || mesh.is_boundary_vertex(v));
+    let mut features = Features::default();
+    for (component, solved) in components.iter().zip(solved) {
+        let own = solved.kept_features.as_ref().unwrap_or(&component.surface.features);
+        let name = |v: u32| component.vertices[v as usize];
+        features.edges.extend(own.edges.iter().map(|e| e.map(name)).map(|[a, b]| [a.min(b), a.max(b)]));
+        features.corners.extend(own.corners.iter().map(|&v| name(v)));
+    }
+    features.edges.sort_unstable();
+    features.corners.sort_unstable();
+    surface.features = features;
 }
 
 /// Components in parallel, largest first so that the pool is never left waiting for a late large one.

@@ -9,6 +9,9 @@ use crate::service::formats::read_soup;
 use crate::service::run::Input;
 use crate::service::wire::{Problem, QuadsBody, problem_of_fault};
 
+/// Places told per failed check.
+const MOST_WITNESSES: usize = 10;
+
 /// One failed check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FailedCheck {
@@ -49,7 +52,7 @@ pub fn check_quads(
     let failed = certificate.violations.iter().map(|violation| FailedCheck {
         message: violation.to_string(),
         count: violation.count,
-        witnesses: violation.witnesses.clone(),
+        witnesses: violation.witnesses.iter().take(MOST_WITNESSES).copied().collect(),
     });
     Ok(CertificateBody {
         certified: certificate.certified,

@@ -26,6 +26,9 @@ pub struct IsotropicOptions {
     /// Whether every curve edge will be cut once more at its curve's middle, so that not the edge but each of its halves
     /// must be close to the curve.
     pub halved_curves: bool,
+    /// Whether new triangles must agree with the surface's normals however bad the ones were that they replace: where the
+    /// surface is folded in itself the triangles then stay as they are.
+    pub strict: bool,
     /// No edge is split once there are so many faces (room at features is made regardless).
     pub max_faces: usize,
 }
@@ -34,13 +37,21 @@ impl IsotropicOptions {
     /// A working mesh for the parameterisation: close to the surface, room at the features.
     pub fn dense(target_edge: f64) -> Self {
         let tolerance = 0.1 * target_edge;
-        Self { target_edge, tolerance, sweeps: 4, room_at_features: true, halved_curves: false, max_faces: 4_000_000 }
+        Self {
+            target_edge,
+            tolerance,
+            sweeps: 4,
+            room_at_features: true,
+            halved_curves: false,
+            strict: false,
+            max_faces: 4_000_000,
+        }
     }
 
     /// A coarse mesh whose triangles become quads themselves.
     pub fn coarse(target_edge: f64) -> Self {
         let tolerance = 0.2 * target_edge;
-        Self { tolerance, room_at_features: false, halved_curves: true, ..Self::dense(target_edge) }
+        Self { tolerance, room_at_features: false, halved_curves: true, strict: true, ..Self::dense(target_edge) }
     }
 }
 
@@ -184,12 +195,13 @@ impl<'a> Remesher<'a> {
             return false;
         }
         if new.agreement < CLEAR_AGREEMENT || new.agreement == f64::INFINITY {
-            if new.agreement < LEAST_AGREEMENT.min(before.agreement) {
+            let least = if self.options.strict { LEAST_AGREEMENT } else { LEAST_AGREEMENT.min(before.agreement) };
+            if new.agreement < least {
                 return false;
             }
             let centre = (new.points[0] + new.points[1] + new.points[2]) / 3.0;
             // However bad it was: the surface must face the same way near by.
-            let least = LEAST_AGREEMENT.min(before.agreement).max(0.1);
+            let least = least.max(0.1);
             let near = self
                 .original
                 .closest_where(centre, self.options.tolerance, |f| self.original.normal(f).dot(new.unit) > least);

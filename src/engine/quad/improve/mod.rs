@@ -2,6 +2,7 @@
 
 mod net;
 mod operations;
+mod repair;
 mod sequence;
 mod shaping;
 mod valence;
@@ -9,4 +10,5 @@ mod valence;
 #[cfg(test)]
 mod tests;
 
+pub use repair::repair_quads;
 pub use sequence::improve_connectivity;

@@ -1,5 +1,7 @@
 //! Quads that can be changed: slots of quads, and the slots at every vertex.
 
+use glam::DVec3;
+
 use crate::engine::mesh::NONE;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
@@ -150,6 +152,24 @@ impl QuadNet {
             self.apply(change);
         }
         sound
+    }
+
+    /// The draft with the quads as they are now at these positions; vertices that are no longer used are left out.
+    pub(crate) fn into_draft(self, positions: &[DVec3], draft: &QuadDraft) -> QuadDraft {
+        let mut number = vec![NONE; self.n_vertices()];
+        let mut used = QuadDraft::default();
+        for (v, number) in number.iter_mut().enumerate() {
+            if !self.at[v].is_empty() {
+                *number = used.mesh.positions.len() as u32;
+                used.mesh.positions.push(positions[v]);
+                used.anchors.push(self.anchors[v]);
+            }
+        }
+        let renamed = |v: u32| number[v as usize];
+        used.mesh.quads = self.quads.iter().filter(|&&q| q != DEAD).map(|q| q.map(renamed)).collect();
+        let edges = draft.feature_edges.iter().map(|e| e.map(renamed));
+        used.feature_edges = edges.filter(|e| !e.contains(&NONE)).collect();
+        used
     }
 
     /// Whether the quad in a slot has four different vertices and shares at most two with every other quad.

@@ -1,10 +1,8 @@
 //! The order in which changes are tried.
 
-use crate::engine::mesh::NONE;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::quad::QuadDraft;
-use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::net::Change;
 use crate::engine::quad::improve::net::DEAD;
 use crate::engine::quad::improve::net::QuadNet;
@@ -71,7 +69,7 @@ pub fn improve_connectivity(
             }
         }
     }
-    Ok(work.into_draft(draft))
+    Ok(work.net.into_draft(&work.shaping.positions, &draft))
 }
 
 struct Work<'a> {
@@ -188,22 +186,5 @@ impl Work<'_> {
         }
         changes.iter_mut().rev().for_each(|change| self.net.apply(change));
         false
-    }
-
-    fn into_draft(self, draft: QuadDraft) -> QuadDraft {
-        let mut number = vec![NONE; self.net.n_vertices()];
-        let (mut positions, mut anchors) = (Vec::new(), Vec::new());
-        for (v, number) in number.iter_mut().enumerate() {
-            if !self.net.at[v].is_empty() {
-                *number = positions.len() as u32;
-                positions.push(self.shaping.positions[v]);
-                anchors.push(self.net.anchors[v]);
-            }
-        }
-        let renamed = |v: u32| number[v as usize];
-        let quads = self.net.quads.iter().filter(|&&q| q != DEAD).map(|q| q.map(renamed)).collect();
-        let edges = draft.feature_edges.into_iter().map(|e| e.map(renamed));
-        let feature_edges = edges.filter(|e| !e.contains(&NONE)).collect();
-        QuadDraft { mesh: QuadMesh { positions, quads }, anchors, feature_edges }
     }
 }

@@ -55,26 +55,45 @@ impl<'a> Shaping<'a> {
     pub(crate) fn settle(&mut self, net: &QuadNet, vertices: &[u32], before: f64) -> bool {
         let moving: Vec<u32> =
             vertices.iter().copied().filter(|&v| net.is_free(v) && !net.at[v as usize].is_empty()).collect();
-        let old: Vec<(DVec3, u32)> =
-            moving.iter().map(|&v| (self.positions[v as usize], self.faces[v as usize])).collect();
+        let old = self.places(&moving);
+        self.even_out(net, &moving);
+        self.draw(&moving);
+        let good = self.least(net, vertices) >= before.min(DECENT);
+        if !good {
+            self.put_back(&moving, &old);
+        }
+        good
+    }
+
+    /// Positions of vertices and the faces beneath them.
+    pub(crate) fn places(&self, vertices: &[u32]) -> Vec<(DVec3, u32)> {
+        vertices.iter().map(|&v| (self.positions[v as usize], self.faces[v as usize])).collect()
+    }
+
+    /// Returns vertices to places that they had.
+    pub(crate) fn put_back(&mut self, vertices: &[u32], places: &[(DVec3, u32)]) {
+        for (&v, &(position, face)) in vertices.iter().zip(places) {
+            self.positions[v as usize] = position;
+            self.faces[v as usize] = face;
+        }
+    }
+
+    /// Moves vertices to the middle of their neighbours, off the surface.
+    pub(crate) fn even_out(&mut self, net: &QuadNet, vertices: &[u32]) {
         for _ in 0..ROUNDS {
-            for &v in &moving {
+            for &v in vertices {
                 self.positions[v as usize] = self.middle(net, v);
             }
         }
-        for &v in &moving {
+    }
+
+    /// Draws vertices back to the surface, near the faces beneath them.
+    pub(crate) fn draw(&mut self, vertices: &[u32]) {
+        for &v in vertices {
             let (face, position) = self.sheet.follow(self.faces[v as usize], self.positions[v as usize]);
             self.faces[v as usize] = face;
             self.positions[v as usize] = position;
         }
-        let good = self.least(net, vertices) >= before.min(DECENT);
-        if !good {
-            for (&v, &(position, face)) in moving.iter().zip(&old) {
-                self.positions[v as usize] = position;
-                self.faces[v as usize] = face;
-            }
-        }
-        good
     }
 
     /// Mean of the edge neighbours, with the opposite corners at half weight to resist shear.

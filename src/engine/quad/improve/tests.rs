@@ -11,6 +11,7 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::improve_connectivity;
 use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::improve::operations::candidates;
+use crate::engine::quad::improve::repair_quads;
 use crate::engine::quad::improve::valence::irregularity;
 use crate::engine::quad::optimise::area_vector;
 use crate::engine::quad::optimise::quality;
@@ -183,4 +184,33 @@ fn doublets_are_removed_and_what_does_not_fit_is_left_alone() {
     ctx.stop(StopReason::Client);
     let index = SurfaceIndex::new(&surface.mesh);
     assert!(improve_connectivity(&ctx, &surface, &index, draft).is_err());
+}
+
+#[test]
+fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
+    let surface = sample_surface("sphere", 900).unwrap();
+    let index = SurfaceIndex::new(&surface.mesh);
+    let ctx = RunContext::silent();
+    let good = split(&surface);
+    assert_eq!(repair_quads(&ctx, &surface, &index, &good).unwrap(), None);
+    let mut folded = good.clone();
+    let centre = folded.mesh.quads[600][2] as usize;
+    let away = folded.mesh.quads[600][0] as usize;
+    folded.mesh.positions[centre] = 2.0 * folded.mesh.positions[away] - folded.mesh.positions[centre];
+    let outward = |d: &QuadDraft| {
+        let out = |q: &[u32; 4]| {
+            let p = q.map(|v| d.mesh.positions[v as usize]);
+            area_vector(&p).dot(p.iter().sum::<DVec3>()) > 0.0
+        };
+        d.mesh.quads.iter().all(out)
+    };
+    assert!(outward(&good) && !outward(&folded));
+    let mended = repair_quads(&ctx, &surface, &index, &folded).unwrap().unwrap();
+    assert!(outward(&mended));
+    assert_eq!(topology(&mended.mesh), topology(&good.mesh));
+    let far = |p: &DVec3| p.distance(folded.mesh.positions[away]) > 0.6;
+    let kept: Vec<DVec3> = mended.mesh.positions.iter().copied().filter(far).collect();
+    assert_eq!(kept, good.mesh.positions.iter().copied().filter(far).collect::<Vec<_>>());
+    ctx.stop(StopReason::Client);
+    assert!(repair_quads(&ctx, &surface, &index, &folded).is_err());
 }

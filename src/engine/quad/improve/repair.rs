@@ -1,0 +1,203 @@
+//! Quads that are turned over against the surface are mended one by one, where they are.
+
+use crate::engine::mesh::Surface;
+use crate::engine::mesh::SurfaceIndex;
+use crate::engine::quad::QuadDraft;
+use crate::engine::quad::improve::net::Change;
+use crate::engine::quad::improve::net::DEAD;
+use crate::engine::quad::improve::net::QuadNet;
+use crate::engine::quad::improve::operations::candidates;
+use crate::engine::quad::improve::shaping::Shaping;
+use crate::engine::quad::optimise::Sheet;
+use crate::engine::quad::optimise::area_vector;
+use crate::engine::quad::optimise::is_sound;
+use crate::engine::quad::optimise::mean_edge;
+use crate::engine::quad::optimise::quality;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+use rayon::prelude::*;
+
+/// A draft with more bad quads than this part of all (or than `FEW`) is bad as a whole.
+const MOST: f64 = 0.06;
+const FEW: usize = 20;
+/// Rounds over the bad quads.
+const ROUNDS: usize = 6;
+
+/// Mends quads that are turned over against the surface or have no area: their free vertices are evened out on the
+/// surface or off it, and where that is not enough an edge is turned or a diagonal shrunk. Everything that is not near
+/// a bad quad stays as it is, bit for bit, and so do topology, feature edges, boundary and anchored vertices.
+///
+/// Returns `None` if there is nothing to mend, if too much is bad, or if nothing could be mended; a draft with fewer
+/// bad quads otherwise. `index` is the one of `surface.mesh`.
+///
+/// # Errors
+/// [`Cancelled`] if the run was asked to stop.
+pub fn repair_quads(
+    ctx: &RunContext,
+    surface: &Surface,
+    index: &SurfaceIndex,
+    draft: &QuadDraft,
+) -> Result<Option<QuadDraft>, Cancelled> {
+    let mean = mean_edge(draft);
+    if !(is_sound(surface, draft) && mean > 0.0 && mean.is_finite()) {
+        return Ok(None);
+    }
+    let bad = bad_quads(ctx, index, draft)?;
+    if bad.is_empty() || bad.len() > FEW.max((MOST * draft.mesh.quads.len() as f64) as usize) {
+        return Ok(None);
+    }
+    let sheet = Sheet::new(surface, mean);
+    let shaping = Shaping::new(&sheet, index, draft, 0.5 * mean);
+    let mut repair = Repair { net: QuadNet::new(draft), shaping, index };
+    let mut left = bad;
+    let mut mended = false;
+    for _ in 0..ROUNDS {
+        let before = left.len();
+        let mut next = Vec::new();
+        for slot in left {
+            ctx.check()?;
+            mended |= repair.mend(slot);
+            next.extend(repair.ring(slot).into_iter().filter(|&q| repair.is_bad(q)));
+        }
+        next.sort_unstable();
+        next.dedup();
+        left = next;
+        if left.is_empty() || left.len() > 2 * before {
+            break;
+        }
+    }
+    Ok(mended.then(|| {
+        let Repair { net, shaping, .. } = repair;
+        net.into_draft(&shaping.positions, draft)
+    }))
+}
+
+fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft) -> Result<Vec<u32>, Cancelled> {
+    let found: Vec<bool> = draft
+        .mesh
+        .quads
+        .par_iter()
+        .enumerate()
+        .map(|(q, quad)| {
+            if q % 1024 == 0 {
+                ctx.check()?;
+            }
+            Ok(is_turned_over(index, &quad.map(|v| draft.mesh.positions[v as usize])))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    Ok((0u32..).zip(found).filter(|&(_, bad)| bad).map(|(q, _)| q).collect())
+}
+
+/// Whether a quad has no area, or turns its back both to the normals beneath its corners and to the one beneath its
+/// middle.
+fn is_turned_over(index: &SurfaceIndex, p: &[glam::DVec3; 4]) -> bool {
+    let area = area_vector(p);
+    if area.length() <= 1e-9 * p[0].distance_squared(p[2]).max(p[1].distance_squared(p[3])) {
+        return true;
+    }
+    let around: glam::DVec3 = p.iter().map(|&c| index.smooth_normal(&index.closest(c))).sum();
+    area.dot(around) <= 0.0 && area.dot(index.normal(index.closest(p.iter().sum::<glam::DVec3>() / 4.0).face)) <= 0.0
+}
+
+struct Repair<'a> {
+    net: QuadNet,
+    shaping: Shaping<'a>,
+    index: &'a SurfaceIndex,
+}
+
+/// How a region looks: bad quads, and then the worst corner with its sign turned, less is better.
+type Score = (usize, f64);
+
+impl Repair<'_> {
+    fn corners(&self, slot: u32) -> [glam::DVec3; 4] {
+        self.net.quads[slot as usize].map(|v| self.shaping.positions[v as usize])
+    }
+
+    fn is_bad(&self, slot: u32) -> bool {
+        self.net.quads[slot as usize] != DEAD && is_turned_over(self.index, &self.corners(slot))
+    }
+
+    /// The slots that meet the quad in a slot, itself among them.
+    fn ring(&self, slot: u32) -> Vec<u32> {
+        if self.net.quads[slot as usize] == DEAD { Vec::new() } else { self.slots(&self.net.quads[slot as usize]) }
+    }
+
+    fn slots(&self, vertices: &[u32]) -> Vec<u32> {
+        let mut slots: Vec<u32> = vertices.iter().flat_map(|&v| self.net.at[v as usize].iter().copied()).collect();
+        slots.sort_unstable();
+        slots.dedup();
+        slots
+    }
+
+    fn score(&self, vertices: &[u32]) -> Score {
+        let (mut bad, mut worst) = (0, f64::INFINITY);
+        for slot in self.slots(vertices) {
+            let p = self.corners(slot);
+            bad += usize::from(is_turned_over(self.index, &p));
+            worst = worst.min(quality(&p, area_vector(&p).normalize_or_zero()));
+        }
+        (bad, -worst)
+    }
+
+    /// Tries everything at one bad quad and keeps what leaves the fewest bad ones; tells whether anything was kept.
+    fn mend(&mut self, slot: u32) -> bool {
+        if !self.is_bad(slot) {
+            return false;
+        }
+        let quad = self.net.quads[slot as usize];
+        let mut changes: Vec<Change> = vec![Vec::new()];
+        let near = |change: &Change| change.iter().any(|(s, _)| *s == slot);
+        changes.extend(candidates(&self.net, &quad).into_iter().filter(near));
+        let mut best: Option<(f64, usize, bool)> = None;
+        for (i, change) in changes.iter_mut().enumerate() {
+            for on_surface in [true, false] {
+                let Some((touched, before)) = self.region(slot, change) else { continue };
+                let old = self.shaping.places(&touched);
+                if !change.is_empty() && !self.net.try_apply(change) {
+                    continue;
+                }
+                self.even_out(&touched, on_surface);
+                let after = self.score(&touched);
+                self.shaping.put_back(&touched, &old);
+                self.net.apply(change);
+                // Fewer bad quads first, then better corners; changes of the connectivity have to be worth it.
+                let cost = if change.is_empty() { 0.0 } else { 0.1 };
+                let value = after.0 as f64 - before.0 as f64 + 0.4 * (after.1 + cost).clamp(-1.0, 1.0);
+                if after.0 < before.0 && best.is_none_or(|b| value < b.0) {
+                    best = Some((value, i, on_surface));
+                }
+            }
+        }
+        let Some((_, i, on_surface)) = best else { return false };
+        let Some((touched, _)) = self.region(slot, &changes[i]) else { return false };
+        self.net.apply(&mut changes[i]);
+        self.even_out(&touched, on_surface);
+        true
+    }
+
+    /// The vertices that a change moves, and their score now.
+    fn region(&self, slot: u32, change: &Change) -> Option<(Vec<u32>, Score)> {
+        let mut touched = if change.is_empty() {
+            let mut all: Vec<u32> = self.ring(slot).iter().flat_map(|&q| self.net.quads[q as usize]).collect();
+            all.sort_unstable();
+            all.dedup();
+            all
+        } else {
+            self.net.touched(change)
+        };
+        touched.retain(|&v| !self.net.at[v as usize].is_empty());
+        (!touched.is_empty()).then(|| {
+            let score = self.score(&touched);
+            (touched, score)
+        })
+    }
+
+    fn even_out(&mut self, vertices: &[u32], on_surface: bool) {
+        let moving: Vec<u32> =
+            vertices.iter().copied().filter(|&v| self.net.is_free(v) && !self.net.at[v as usize].is_empty()).collect();
+        self.shaping.even_out(&self.net, &moving);
+        if on_surface {
+            self.shaping.draw(&moving);
+        }
+    }
+}
