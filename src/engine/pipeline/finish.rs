@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::engine::certify::{Certificate, Check, certify};
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::component::Component;
-use crate::engine::quad::{OptimiseOptions, QuadDraft, improve_connectivity, optimise, repair_quads};
+use crate::engine::quad::{OptimiseOptions, QuadDraft, improve_connectivity, optimise, reach_out, repair_quads};
 use crate::engine::run::{Cancelled, RunContext, Stage};
 
 /// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
@@ -14,6 +14,8 @@ const MOST_IMPROVED: usize = 5;
 const OPTIMISE_ITERATIONS: usize = 20;
 /// Quads this many edges away from the surface, or the surface from them, stand for something else.
 const FARTHEST: f64 = 4.0;
+/// From this distance on other connectivity is tried too.
+const FAR: f64 = 1.5;
 
 /// When the connectivity of a draft is improved.
 #[derive(Clone, Copy, PartialEq)]
@@ -27,6 +29,8 @@ pub(super) enum Improve {
 /// A draft after all that could be done for it.
 pub(super) struct Finished {
     pub(super) draft: QuadDraft,
+    /// The Hausdorff distance in quad edges.
+    away: f64,
     /// Why it must not be delivered.
     pub(super) refusal: Option<Refusal>,
 }
@@ -40,7 +44,8 @@ pub(super) struct Refusal {
 
 /// Optimises a draft and asks the certificate. Where the optimised quads fail, single bad ones are mended; after that
 /// the connectivity of all is improved once, and at last the draft is mended and judged as it came: where the surface
-/// is folded below the size of the quads, moving them does more harm than good.
+/// is folded below the size of the quads, moving them does more harm than good. Good quads then reach out for what they
+/// cut off.
 pub(super) fn finish(
     ctx: &RunContext,
     component: &Component,
@@ -49,36 +54,21 @@ pub(super) fn finish(
     improve: Improve,
 ) -> Result<Finished, Cancelled> {
     let work = Work { ctx, component, index };
-    if draft.mesh.quads.len() > MOST_IMPROVED * component.quads.ceil() as usize {
-        let refusal = work.judge(&draft)?;
-        return Ok(Finished { draft, refusal });
+    let finished = work.finish(draft.clone(), improve)?;
+    if finished.refusal.is_some() {
+        return Ok(finished);
     }
-    let surface = &component.surface;
-    let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
-    let optimised = |draft: QuadDraft, improve: bool| {
-        ctx.stage(Stage::Optimise, || {
-            let draft = if improve { improve_connectivity(ctx, surface, index, draft)? } else { draft };
-            optimise(ctx, surface, index, draft, &options)
-        })
-    };
-    if improve == Improve::First {
-        let as_it_came = work.mend(draft.clone())?;
-        if as_it_came.refusal.is_some() {
-            return Ok(as_it_came);
-        }
-        let better = work.mend(optimised(draft, true)?)?;
-        return Ok(if better.refusal.is_none() { better } else { as_it_came });
+    let finished = work.reach(finished)?;
+    if finished.away <= FAR || improve == Improve::First || draft.mesh.quads.len() > work.most_improved() {
+        return Ok(finished);
     }
-    let first = work.mend(optimised(draft.clone(), false)?)?;
-    if first.refusal.is_none() {
-        return Ok(first);
+    // Something is cut off: with other connectivity it may not be.
+    let other = work.mend(work.optimised(draft, true)?)?;
+    if other.refusal.is_some() {
+        return Ok(finished);
     }
-    let second = work.mend(optimised(first.draft, true)?)?;
-    if second.refusal.is_none() {
-        return Ok(second);
-    }
-    let as_it_came = work.mend(draft)?;
-    Ok(Finished { refusal: as_it_came.refusal.and(first.refusal), ..as_it_came })
+    let other = work.reach(other)?;
+    Ok(if other.away < finished.away { other } else { finished })
 }
 
 struct Work<'a> {
@@ -88,27 +78,79 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// The draft, with bad quads mended if it passes then.
-    fn mend(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
-        let Some(refusal) = self.judge(&draft)? else { return Ok(Finished { draft, refusal: None }) };
-        let surface = &self.component.surface;
-        let mended = self.ctx.stage(Stage::Optimise, || repair_quads(self.ctx, surface, self.index, &draft))?;
-        match mended {
-            Some(mended) if self.judge(&mended)?.is_none() => Ok(Finished { draft: mended, refusal: None }),
-            _ => Ok(Finished { draft, refusal: Some(refusal) }),
+    fn finish(&self, draft: QuadDraft, improve: Improve) -> Result<Finished, Cancelled> {
+        if draft.mesh.quads.len() > self.most_improved() {
+            return self.judged(draft);
         }
+        if improve == Improve::First {
+            let as_it_came = self.mend(draft.clone())?;
+            if as_it_came.refusal.is_some() {
+                return Ok(as_it_came);
+            }
+            let better = self.mend(self.optimised(draft, true)?)?;
+            return Ok(if better.refusal.is_none() { better } else { as_it_came });
+        }
+        let first = self.mend(self.optimised(draft.clone(), false)?)?;
+        if first.refusal.is_none() {
+            return Ok(first);
+        }
+        let second = self.mend(self.optimised(first.draft, true)?)?;
+        if second.refusal.is_none() {
+            return Ok(second);
+        }
+        let as_it_came = self.mend(draft)?;
+        Ok(Finished { refusal: as_it_came.refusal.and(first.refusal), ..as_it_came })
     }
 
-    fn judge(&self, draft: &QuadDraft) -> Result<Option<Refusal>, Cancelled> {
+    fn most_improved(&self) -> usize {
+        MOST_IMPROVED * self.component.quads.ceil() as usize
+    }
+
+    fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {
+        let Self { ctx, component, index } = *self;
+        let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
+        ctx.stage(Stage::Optimise, || {
+            let draft = if improve { improve_connectivity(ctx, &component.surface, index, draft)? } else { draft };
+            optimise(ctx, &component.surface, index, draft, &options)
+        })
+    }
+
+    /// The draft, with bad quads mended if it passes then.
+    fn mend(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
+        let Self { ctx, component, index } = *self;
+        let finished = self.judged(draft)?;
+        if finished.refusal.is_none() {
+            return Ok(finished);
+        }
+        let mended = ctx.stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &finished.draft))?;
+        let mended = mended.map(|draft| self.judged(draft)).transpose()?;
+        Ok(mended.filter(|mended| mended.refusal.is_none()).unwrap_or(finished))
+    }
+
+    /// The quads with their tips pulled out to the surface, if they pass then.
+    fn reach(&self, finished: Finished) -> Result<Finished, Cancelled> {
+        let Self { ctx, component, index } = *self;
+        let reached = ctx.stage(Stage::Optimise, || {
+            reach_out(ctx, &component.surface, index, &finished.draft, component.edge_length)
+        })?;
+        let reached = reached.map(|draft| self.judged(draft)).transpose()?;
+        Ok(reached.filter(|reached| reached.refusal.is_none()).unwrap_or(finished))
+    }
+
+    fn judged(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
         let surface = &self.component.surface;
         let certificate = self.ctx.stage(Stage::Certify, || certify(self.ctx, surface, self.index, &draft.mesh))?;
-        let diagonal = surface.mesh.diagonal();
-        let away = certificate.measures.hausdorff_max * diagonal / self.component.edge_length;
-        if let Some(violation) = certificate.violations.first() {
-            return Ok(Some(Refusal { cause: violation.to_string(), places: self.places(&certificate, draft) }));
-        }
-        let cause = format!("the quads and the surface are up to {away:.1} edges apart");
-        Ok((away > FARTHEST).then_some(Refusal { cause, places: Vec::new() }))
+        let away = certificate.measures.hausdorff_max * surface.mesh.diagonal() / self.component.edge_length;
+        let refusal = match certificate.violations.first() {
+            Some(violation) => {
+                Some(Refusal { cause: violation.to_string(), places: self.places(&certificate, &draft) })
+            }
+            None => (away > FARTHEST).then(|| Refusal {
+                cause: format!("the quads and the surface are up to {away:.1} edges apart"),
+                places: Vec::new(),
+            }),
+        };
+        Ok(Finished { draft, away, refusal })
     }
 
     fn places(&self, certificate: &Certificate, draft: &QuadDraft) -> Vec<DVec3> {

@@ -2,6 +2,7 @@
 
 mod net;
 mod operations;
+mod reach;
 mod repair;
 mod sequence;
 mod shaping;
@@ -10,5 +11,6 @@ mod valence;
 #[cfg(test)]
 mod tests;
 
+pub use reach::reach_out;
 pub use repair::repair_quads;
 pub use sequence::improve_connectivity;

@@ -11,9 +11,11 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::improve_connectivity;
 use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::improve::operations::candidates;
+use crate::engine::quad::improve::reach_out;
 use crate::engine::quad::improve::repair_quads;
 use crate::engine::quad::improve::valence::irregularity;
 use crate::engine::quad::optimise::area_vector;
+use crate::engine::quad::optimise::mean_edge;
 use crate::engine::quad::optimise::quality;
 use crate::engine::run::RunContext;
 use crate::engine::run::StopReason;
@@ -213,4 +215,28 @@ fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
     assert_eq!(kept, good.mesh.positions.iter().copied().filter(far).collect::<Vec<_>>());
     ctx.stop(StopReason::Client);
     assert!(repair_quads(&ctx, &surface, &index, &folded).is_err());
+}
+
+#[test]
+fn a_horn_that_the_quads_cut_off_is_reached() {
+    // A sphere of quads, and a surface that has grown a horn since.
+    let sphere = sample_surface("sphere", 500).unwrap();
+    let draft = split(&sphere);
+    let fine = sample_surface("sphere", 8000).unwrap();
+    let top = fine.mesh.position(77).normalize();
+    let h = mean_edge(&draft);
+    let grown = |p: &DVec3| *p * (1.0 + 1.5 * h * (1.0 - p.normalize().distance(top) / (1.5 * h)).max(0.0));
+    let positions: Vec<DVec3> = fine.mesh.positions().iter().map(grown).collect();
+    let mesh = TriMesh::try_new(positions, fine.mesh.faces().to_vec()).unwrap();
+    let surface = Surface { mesh, features: fine.features };
+    let index = SurfaceIndex::new(&surface.mesh);
+    let ctx = RunContext::silent();
+    let tip = surface.mesh.position(77);
+    let nearest = |d: &QuadDraft| d.mesh.positions.iter().map(|p| p.distance(tip)).fold(f64::INFINITY, f64::min);
+    let reached = reach_out(&ctx, &surface, &index, &draft, h).unwrap().unwrap();
+    assert!(nearest(&reached) < 0.5 * nearest(&draft), "{} {}", nearest(&reached), nearest(&draft));
+    assert_eq!(reached.mesh.quads, draft.mesh.quads);
+    assert!(worst(&reached) >= worst(&draft).min(0.3) - 1e-9);
+    // On its own surface there is nothing to reach for.
+    assert_eq!(reach_out(&ctx, &sphere, &SurfaceIndex::new(&sphere.mesh), &draft, h).unwrap(), None);
 }
