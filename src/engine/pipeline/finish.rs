@@ -3,10 +3,11 @@
 use glam::DVec3;
 
 use crate::engine::certify::{Certificate, Check, certify};
+use crate::engine::fallback::split_draft;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::component::Component;
 use crate::engine::quad::{OptimiseOptions, QuadDraft, improve_connectivity, optimise, reach_out, repair_quads};
-use crate::engine::run::{Cancelled, RunContext, Stage};
+use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 
 /// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
 const MOST_IMPROVED: usize = 5;
@@ -58,17 +59,12 @@ pub(super) fn finish(
     if finished.refusal.is_some() {
         return Ok(finished);
     }
-    let finished = work.reach(finished)?;
-    if finished.away <= FAR || improve == Improve::First || draft.mesh.quads.len() > work.most_improved() {
-        return Ok(finished);
+    // From here on there is something to deliver, whatever the deadline says.
+    match work.better(draft, improve, &finished) {
+        Err(Cancelled(StopReason::Deadline)) | Ok(None) => Ok(finished),
+        Ok(Some(better)) => Ok(better),
+        Err(stop) => Err(stop),
     }
-    // Something is cut off: with other connectivity it may not be.
-    let other = work.mend(work.optimised(draft, true)?)?;
-    if other.refusal.is_some() {
-        return Ok(finished);
-    }
-    let other = work.reach(other)?;
-    Ok(if other.away < finished.away { other } else { finished })
 }
 
 struct Work<'a> {
@@ -102,6 +98,22 @@ impl Work<'_> {
         Ok(Finished { refusal: as_it_came.refusal.and(first.refusal), ..as_it_came })
     }
 
+    /// Certified quads that are nearer to the surface than certified ones; `draft` is what those were made from.
+    fn better(&self, draft: QuadDraft, improve: Improve, good: &Finished) -> Result<Option<Finished>, Cancelled> {
+        let reached = self.reach(&good.draft)?;
+        let away = reached.as_ref().map_or(good.away, |reached| reached.away);
+        if away <= FAR || improve == Improve::First || draft.mesh.quads.len() > self.most_improved() {
+            return Ok(reached);
+        }
+        // Something is cut off: with other connectivity it may not be.
+        let other = self.mend(self.optimised(draft, true)?)?;
+        if other.refusal.is_some() {
+            return Ok(reached);
+        }
+        let other = self.reach(&other.draft)?.unwrap_or(other);
+        Ok(if other.away < away { Some(other) } else { reached })
+    }
+
     fn most_improved(&self) -> usize {
         MOST_IMPROVED * self.component.quads.ceil() as usize
     }
@@ -128,13 +140,12 @@ impl Work<'_> {
     }
 
     /// The quads with their tips pulled out to the surface, if they pass then.
-    fn reach(&self, finished: Finished) -> Result<Finished, Cancelled> {
+    fn reach(&self, draft: &QuadDraft) -> Result<Option<Finished>, Cancelled> {
         let Self { ctx, component, index } = *self;
-        let reached = ctx.stage(Stage::Optimise, || {
-            reach_out(ctx, &component.surface, index, &finished.draft, component.edge_length)
-        })?;
+        let reached =
+            ctx.stage(Stage::Optimise, || reach_out(ctx, &component.surface, index, draft, component.edge_length))?;
         let reached = reached.map(|draft| self.judged(draft)).transpose()?;
-        Ok(reached.filter(|reached| reached.refusal.is_none()).unwrap_or(finished))
+        Ok(reached.filter(|reached| reached.refusal.is_none()))
     }
 
     fn judged(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
@@ -167,4 +178,12 @@ impl Work<'_> {
         }
         places
     }
+}
+
+/// What a component gets when the deadline has passed before anything was certified: its split triangles, if they
+/// pass. The steps here heed no deadline, so they are for small surfaces only.
+pub(super) fn last_resort(ctx: &RunContext, component: &Component) -> Result<Finished, Cancelled> {
+    let ctx = &ctx.unstopped();
+    let index = &SurfaceIndex::new(&component.surface.mesh);
+    Work { ctx, component, index }.judged(split_draft(&component.surface))
 }

@@ -11,7 +11,7 @@ use crate::engine::mesh::Features;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, QuadCoverOptions, quad_cover};
 use crate::engine::pipeline::component::Component;
-use crate::engine::pipeline::finish::{Improve, finish};
+use crate::engine::pipeline::finish::{Improve, finish, last_resort};
 use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::road::Road;
 use crate::engine::pipeline::spec::{Align, RemeshSpec};
@@ -21,6 +21,7 @@ use crate::engine::quad::extract::{ExtractError, extract_quads};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
+use crate::engine::run::StopReason;
 
 /// What became of one component.
 #[derive(Debug)]
@@ -86,15 +87,32 @@ struct Climb<'a> {
     warnings: Vec<String>,
 }
 
-/// Finds certified quads for a component.
+/// Components of more triangles than this get no quads once the deadline has passed.
+const MOST_AT_DEADLINE: usize = 50_000;
+
+/// Finds certified quads for a component. When the deadline passes before there are any, a small component still gets
+/// its split triangles.
 ///
 /// # Errors
 /// A stop of the run, or the cause why even the last level failed.
-pub(super) fn climb(
+pub(super) fn solve(
     ctx: &RunContext,
     component: &Component,
     spec: &RemeshSpec,
 ) -> Result<Result<Solved, String>, Cancelled> {
+    let stop = match climb(ctx, component, spec) {
+        Err(stop @ Cancelled(StopReason::Deadline)) if component.surface.mesh.n_faces() <= MOST_AT_DEADLINE => stop,
+        done => return done,
+    };
+    let finished = last_resort(ctx, component)?;
+    if finished.refusal.is_some() {
+        return Err(stop);
+    }
+    let warnings = vec!["the deadline passed before there were better quads".to_owned()];
+    Ok(Ok(Solved { draft: finished.draft, level: Level::L4, map: None, kept_features: None, warnings }))
+}
+
+fn climb(ctx: &RunContext, component: &Component, spec: &RemeshSpec) -> Result<Result<Solved, String>, Cancelled> {
     let mut climb = Climb {
         whole: component,
         index: SurfaceIndex::new(&component.surface.mesh),

@@ -12,7 +12,8 @@ use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::mesh::{FeatureOptions, detect_features};
 use crate::engine::pipeline::component::{Component, split};
 use crate::engine::pipeline::error::RemeshError;
-use crate::engine::pipeline::ladder::{Solved, climb};
+use crate::engine::pipeline::ladder;
+use crate::engine::pipeline::ladder::Solved;
 use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
 use crate::engine::pipeline::report::{InputReport, Level, Repairs, Report};
 use crate::engine::pipeline::spec::{Method, RemeshSpec, Target};
@@ -21,6 +22,7 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
+use crate::engine::run::StopReason;
 
 /// Everything a run gives.
 #[derive(Clone, Debug)]
@@ -59,6 +61,9 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let mut surface = Surface { mesh, features };
     let components = split(&surface, edge_length);
     let solved = solve(ctx, &components, spec)?;
+    // Where the deadline passed and every component has quads nevertheless, they are delivered.
+    let late = matches!(ctx.stopped(), Some(StopReason::Deadline)).then(|| ctx.unstopped());
+    let ctx = late.as_ref().unwrap_or(ctx);
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
     give_up_features(&mut surface, &components, &solved);
     warn_of(&solved, &mut warnings);
@@ -152,7 +157,7 @@ fn solve(ctx: &RunContext, components: &[Component], spec: &RemeshSpec) -> Resul
         .into_par_iter()
         .with_max_len(1)
         .map(|c| {
-            let result = climb(ctx, &components[c], spec)?;
+            let result = ladder::solve(ctx, &components[c], spec)?;
             if let Ok(mut done) = done.lock() {
                 *done += components[c].quads;
                 ctx.progress(0.05 + 0.9 * *done / total);
@@ -178,5 +183,51 @@ fn warn_of(solved: &[Solved], warnings: &mut Vec<String>) {
     let more = all.count();
     if more > 0 {
         warnings.push(format!("{more} more warnings of components"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, OnceLock};
+
+    use super::*;
+    use crate::engine::mesh::shapes::sample_surface;
+    use crate::engine::run::Observer;
+
+    /// Stops the run when the nth stage of a kind begins.
+    struct StopAt(Arc<OnceLock<RunContext>>, Stage, StopReason);
+
+    impl Observer for StopAt {
+        fn stage_begins(&self, stage: Stage) {
+            if let Some(ctx) = self.0.get().filter(|_| stage == self.1) {
+                ctx.stop(self.2);
+            }
+        }
+        fn stage_ends(&self, _: Stage) {}
+        fn progress(&self, _: u32) {}
+    }
+
+    fn stopped_at(stage: Stage, reason: StopReason) -> Result<Outcome, RemeshError> {
+        let mesh = sample_surface("genus2", 2000).unwrap().mesh;
+        let soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
+        let handle = Arc::new(OnceLock::new());
+        let ctx = RunContext::new(0, StopAt(handle.clone(), stage, reason));
+        handle.get_or_init(|| ctx.clone());
+        let spec = RemeshSpec { target: Target::Quads(600), ..RemeshSpec::default() };
+        let outcome = remesh(&ctx, &soup, &spec);
+        assert_eq!(ctx.stopped(), Some(reason));
+        outcome
+    }
+
+    #[test]
+    fn at_the_deadline_small_surfaces_get_what_there_is_and_a_client_gets_nothing() {
+        let early = stopped_at(Stage::Map, StopReason::Deadline).unwrap().report;
+        assert_eq!((early.certified, early.level), (true, Level::L4));
+        assert_eq!(early.quads.count, 3 * early.input.triangles);
+        assert!(early.warnings.iter().any(|w| w.contains("deadline")), "{:?}", early.warnings);
+        for stage in [Stage::Field, Stage::Optimise, Stage::Certify] {
+            let stopped = stopped_at(stage, StopReason::Client);
+            assert!(matches!(stopped, Err(RemeshError::Cancelled(_))), "{stage:?}");
+        }
     }
 }
