@@ -94,11 +94,12 @@ fn judge(
     quads: &QuadMesh,
     topology: &QuadTopology,
 ) -> Result<Judged, Cancelled> {
+    let diagonal = surface.mesh.diagonal();
     let surface_parts = surface.parts();
     let quad_parts = components::parts(quads, topology);
     let (pairs, violations) = components::pair(ctx, &surface.mesh, index, &surface_parts, &quad_parts, topology)?;
     if let ([_], [_]) = (surface_parts.as_slice(), quad_parts.as_slice()) {
-        let mut judged = judge_pair(ctx, surface, index, quads, topology)?;
+        let mut judged = judge_pair(ctx, surface, index, quads, topology, diagonal)?;
         judged.violations.splice(0..0, violations);
         return Ok(judged);
     }
@@ -107,7 +108,7 @@ fn judge(
         let mut judged = match measure_topology(&own.mesh) {
             Ok(topology) => {
                 let index = SurfaceIndex::new(&part.surface.mesh);
-                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology)?
+                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, diagonal)?
             }
             Err(violations) => Judged { violations, is_corner: Vec::new(), distances: Vec::new() },
         };
@@ -139,15 +140,16 @@ fn judge(
     Ok(all)
 }
 
-/// The checks of one connected component of the quads against its component of the surface.
+/// The checks of one connected component of the quads against its component of the surface. `diagonal` is the one of the
+/// whole model: files round coordinates relative to it, however small a component is.
 fn judge_pair(
     ctx: &RunContext,
     surface: &Surface,
     index: &SurfaceIndex,
     quads: &QuadMesh,
     topology: &QuadTopology,
+    diagonal: f64,
 ) -> Result<Judged, Cancelled> {
-    let diagonal = surface.mesh.diagonal();
     let foot = |(i, &p): (usize, &DVec3)| {
         if i % 1024 == 0 {
             ctx.check()?;

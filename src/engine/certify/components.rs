@@ -44,12 +44,10 @@ fn topology_of(mesh: &TriMesh) -> ComponentTopology {
 }
 
 /// Which component of the quads stands for which component of the surface: (component of the surface, component of the
-/// quads), and the violations. A component of the quads belongs to the component of the surface that most of its
-/// vertices are nearest to, if the two have the same topology and neither has another partner. Where components of the
-/// surface touch or lie in the same place that is undecided: the components left over on both sides must then have the
-/// same topologies in some order, and each left-over one of the surface gets the nearest of the quads' with its
-/// topology, which must lie over it, on average nearer than a quad's mean edge. `index` is the one of the whole surface
-/// `mesh`.
+/// quads), and the violations. Partners have the same topology and lie over one another, on average nearer than a quad's
+/// mean diagonal: the ones in the same place of both orders, if they fit; then those whose vertices are mostly nearest to
+/// one component of the surface, if neither has another partner; and then, where components of the surface touch or lie in
+/// the same place, the nearest that is left. `index` is the one of the whole surface `mesh`.
 ///
 /// # Errors
 /// Only that the run was stopped.
@@ -63,42 +61,51 @@ pub(super) fn pair(
 ) -> Result<(Vec<(usize, usize)>, Vec<Violation>), Cancelled> {
     let wanted: Vec<ComponentTopology> = surface.iter().map(|part| topology_of(&part.surface.mesh)).collect();
     let violations = totals(&topology.components, &wanted);
-    let winner: Vec<Option<usize>> = if surface.len() == 1 {
-        vec![Some(0); quads.len()]
-    } else {
-        let (of_face, n) = mesh.components();
-        let vote = |part: &QuadPart| {
-            ctx.check()?;
-            let mut votes = vec![0usize; n];
-            for &p in &part.mesh.positions {
-                votes[of_face[index.closest(p).face as usize] as usize] += 1;
-            }
-            Ok((0..n).max_by_key(|&s| (votes[s], n - s)))
-        };
-        quads.par_iter().map(vote).collect::<Result<_, _>>()?
+    // The index of the whole is that of the only part, too.
+    let whole = (surface.len() == 1).then_some(index);
+    // Quads mostly come in the order of the surface; that is believed where it fits.
+    let in_order = surface.len() == quads.len();
+    let fits = |i: usize| {
+        ctx.check()?;
+        Ok(in_order && topology.components[i] == wanted[i] && distance(&surface[i], whole, &quads[i]) <= CLEAR)
     };
+    let fitting: Vec<bool> = (0..surface.len()).into_par_iter().map(fits).collect::<Result<_, Cancelled>>()?;
+    let mut pairs: Vec<(usize, usize)> = (0..surface.len()).filter(|&i| fitting[i]).map(|i| (i, i)).collect();
+    let is_open = |i: &usize| !fitting.get(*i).is_some_and(|&fits| fits);
+    let mut open: Vec<usize> = (0..surface.len()).filter(is_open).collect();
+    // The other ones by the votes of their vertices.
+    let (of_face, n) = mesh.components();
+    let vote = |c: usize| {
+        ctx.check()?;
+        let mut votes = vec![0usize; n];
+        for &p in &quads[c].mesh.positions {
+            votes[of_face[index.closest(p).face as usize] as usize] += 1;
+        }
+        Ok((c, (0..n).max_by_key(|&s| (votes[s], n - s))))
+    };
+    let voters: Vec<usize> = (0..quads.len()).filter(|c| !in_order || is_open(c)).collect();
+    let winners: Vec<(usize, Option<usize>)> = voters.par_iter().map(|&c| vote(c)).collect::<Result<_, Cancelled>>()?;
     let mut owners: Vec<Vec<usize>> = vec![Vec::new(); surface.len()];
-    for (c, winner) in winner.iter().enumerate() {
-        if let Some(s) = *winner {
+    for &(c, winner) in &winners {
+        if let Some(s) = winner {
             owners[s].push(c);
         }
     }
-    let mut pairs = Vec::new();
-    let mut open = Vec::new();
-    for (s, owners) in owners.iter().enumerate() {
-        match owners.as_slice() {
-            [c] if topology.components[*c] == wanted[s] => pairs.push((s, *c)),
-            _ => open.push(s),
+    open.retain(|&s| match owners[s].as_slice() {
+        [c] if topology.components[*c] == wanted[s] && distance(&surface[s], whole, &quads[*c]) <= NEAR => {
+            pairs.push((s, *c));
+            false
         }
-    }
+        _ => true,
+    });
     let mut left: Vec<usize> = (0..quads.len()).filter(|c| pairs.iter().all(|p| p.1 != *c)).collect();
     let mut lost = Vec::new();
     for s in open {
         ctx.check()?;
         let alike = left.iter().copied().filter(|&c| topology.components[c] == wanted[s]);
-        let costs: Vec<(f64, usize)> = alike.map(|c| (distance(&surface[s], &quads[c]), c)).collect();
+        let costs: Vec<(f64, usize)> = alike.map(|c| (distance(&surface[s], None, &quads[c]), c)).collect();
         match costs.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
-            Some(&(cost, c)) if cost <= 1.0 => {
+            Some(&(cost, c)) if cost <= NEAR => {
                 left.retain(|&other| other != c);
                 pairs.push((s, c));
             }
@@ -122,16 +129,28 @@ fn totals(found: &[ComponentTopology], wanted: &[ComponentTopology]) -> Vec<Viol
     unequal.into_iter().flatten().collect()
 }
 
+/// Components farther apart, in the measure of [`distance`], do not belong together.
+const NEAR: f64 = 1.0;
+/// … and those nearer than this certainly do: less than what being inside out adds.
+const CLEAR: f64 = 0.4;
 /// Vertices of a component of the surface that are looked at for its distance.
 const SAMPLES: usize = 200;
 
 /// The mean distance from a component of the surface to one of the quads, in mean diagonals of the quads. Where the
 /// quads nearest to a vertex face the other way, half a diagonal is added: sheets that lie in the same place are told
 /// apart by their sides.
-fn distance(surface: &SurfacePart, quads: &QuadPart) -> f64 {
+fn distance(surface: &SurfacePart, index: Option<&SurfaceIndex>, quads: &QuadPart) -> f64 {
     let Some(triangles) = triangulate(&quads.mesh) else { return f64::INFINITY };
     let mesh = &surface.surface.mesh;
-    let (index, sides) = (SurfaceIndex::new(&triangles), SurfaceIndex::new(mesh));
+    let own;
+    let sides = match index {
+        Some(index) => index,
+        None => {
+            own = SurfaceIndex::new(mesh);
+            &own
+        }
+    };
+    let index = SurfaceIndex::new(&triangles);
     let diagonals = quads.mesh.quads.iter().map(|q| {
         let [a, b, c, d] = q.map(|v| quads.mesh.positions[v as usize]);
         0.5 * (a.distance(c) + b.distance(d))

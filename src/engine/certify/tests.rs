@@ -245,6 +245,16 @@ fn a_model_is_judged_as_its_parts_are() {
     assert_eq!(certificate(&shell, &split(&shell.mesh)).violations, []);
     assert_eq!(certificate(&shell, &split(&swapped.mesh)).violations, []);
     rejects(&shell, &split(&join(&a, &a, DVec3::ZERO).mesh), &[Check::Flipped]);
+    // A small part far from the origin, its coordinates rounded as a file of single precision does.
+    let tiny = Surface {
+        mesh: TriMesh::try_new(b.mesh.positions().iter().map(|p| *p * 0.01).collect(), b.mesh.faces().to_vec())
+            .unwrap(),
+        features: b.features.clone(),
+    };
+    let far = join(&a, &tiny, DVec3::X * 20.0 + DVec3::Y * 7.7);
+    let mut rounded = split(&far.mesh);
+    rounded.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
+    assert_eq!(certificate(&far, &rounded).violations, []);
     // What is wrong with the second part is told in the numbers of the whole.
     let both = join(&a, &b, DVec3::X * 9.0);
     let mut quads = split(&both.mesh);

@@ -31,7 +31,7 @@ pub(super) enum Improve {
 pub(super) struct Finished {
     pub(super) draft: QuadDraft,
     /// The Hausdorff distance in quad edges.
-    away: f64,
+    pub(super) away: f64,
     /// Why it must not be delivered.
     pub(super) refusal: Option<Refusal>,
 }

@@ -100,10 +100,17 @@ pub(super) fn solve(
     component: &Component,
     spec: &RemeshSpec,
 ) -> Result<Result<Solved, String>, Cancelled> {
-    let stop = match climb(ctx, component, spec) {
-        Err(stop @ Cancelled(StopReason::Deadline)) if component.surface.mesh.n_faces() <= MOST_AT_DEADLINE => stop,
+    let mut good = None;
+    let stop = match climb(ctx, component, spec, &mut good) {
+        Err(stop @ Cancelled(StopReason::Deadline)) => stop,
         done => return done,
     };
+    if let Some(Good { solved, .. }) = good {
+        return Ok(Ok(solved));
+    }
+    if component.surface.mesh.n_faces() > MOST_AT_DEADLINE {
+        return Err(stop);
+    }
     let finished = last_resort(ctx, component)?;
     if finished.refusal.is_some() {
         return Err(stop);
@@ -112,7 +119,24 @@ pub(super) fn solve(
     Ok(Ok(Solved { draft: finished.draft, level: Level::L4, map: None, kept_features: None, warnings }))
 }
 
-fn climb(ctx: &RunContext, component: &Component, spec: &RemeshSpec) -> Result<Result<Solved, String>, Cancelled> {
+/// Certified quads that leave something to be wished for.
+struct Good {
+    /// Their Hausdorff distance in quad edges.
+    away: f64,
+    solved: Solved,
+}
+
+/// Certified quads of a map that are farther than this many edges from the surface have lost a part of it: another map
+/// may keep it.
+const LOST_A_PART: f64 = 2.0;
+
+/// Goes up the rungs; `good` is what there is to deliver when the run is stopped on the way.
+fn climb(
+    ctx: &RunContext,
+    component: &Component,
+    spec: &RemeshSpec,
+    good: &mut Option<Good>,
+) -> Result<Result<Solved, String>, Cancelled> {
     let mut climb = Climb {
         whole: component,
         index: SurfaceIndex::new(&component.surface.mesh),
@@ -124,6 +148,11 @@ fn climb(ctx: &RunContext, component: &Component, spec: &RemeshSpec) -> Result<R
     let mut last = String::new();
     for (rung, keep) in rungs(spec) {
         ctx.check()?;
+        if matches!(rung, Rung::Plain(_))
+            && let Some(Good { solved, .. }) = good.take()
+        {
+            return Ok(Ok(solved));
+        }
         let Some(component) = climb.component(keep, spec) else { continue };
         let keeps_all = component.surface.features == climb.whole.surface.features;
         if matches!(rung, Rung::Map(_)) && climb.no_second_field && keep == Keep::Far(0.0) {
@@ -143,7 +172,7 @@ fn climb(ctx: &RunContext, component: &Component, spec: &RemeshSpec) -> Result<R
         let finished = finish(ctx, &component, &climb.index, draft, improve)?;
         climb.no_second_field |= map.as_ref().is_some_and(is_hopeless);
         let Some(refusal) = finished.refusal else {
-            let Climb { map: kept_map, mut warnings, .. } = climb;
+            let mut warnings = climb.warnings.clone();
             if !keeps_all {
                 let n = climb.whole.surface.features.edges.len() - component.surface.features.edges.len();
                 warnings.push(format!(
@@ -152,7 +181,16 @@ fn climb(ctx: &RunContext, component: &Component, spec: &RemeshSpec) -> Result<R
                 ));
             }
             let kept_features = (!keeps_all).then_some(component.surface.features);
-            return Ok(Ok(Solved { draft: finished.draft, level, map: map.or(kept_map), kept_features, warnings }));
+            let is_map = map.is_some();
+            let map = map.or_else(|| climb.map.take());
+            let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
+            if !is_map || finished.away <= LOST_A_PART {
+                return Ok(Ok(solved));
+            }
+            if good.as_ref().is_none_or(|good| finished.away < good.away) {
+                *good = Some(Good { away: finished.away, solved });
+            }
+            continue;
         };
         climb.warnings.push(format!("quads of level {level:?} were not certified: {}", refusal.cause));
         if map.is_some() && keep != Keep::None {
