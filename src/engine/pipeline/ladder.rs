@@ -184,7 +184,8 @@ fn climb(
             let is_map = map.is_some();
             let map = map.or_else(|| climb.map.take());
             let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
-            if !is_map || finished.away <= LOST_A_PART {
+            // After failures the climb has taken long enough.
+            if !is_map || finished.away <= LOST_A_PART || !climb.warnings.is_empty() {
                 return Ok(Ok(solved));
             }
             if good.as_ref().is_none_or(|good| finished.away < good.away) {
