@@ -5,11 +5,12 @@
 //! their anisotropy over one quad. Faces at features and at the boundary are fixed. Normalising and solving again with
 //! a decreasing time step (Merriman–Bence–Osher, B.4) removes spurious dipoles.
 
+use crate::engine::field::branch::{BranchOptions, BranchSearch, Surroundings, search_branch_points};
 use crate::engine::field::cleanup::{cancel_pairs, open_sectors};
 use crate::engine::field::cross_field::{CrossField, FieldError};
 use crate::engine::field::curvature::Guidance;
 use crate::engine::field::frames::Frames;
-use crate::engine::field::polish::polish;
+use crate::engine::field::turning::{Turning, edge_weight};
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::Cholesky;
 use crate::engine::numerics::HermitianMatrix;
@@ -23,6 +24,8 @@ pub struct FieldOptions {
     pub edge_length: f64,
     /// 0 follows the guidance as hard as possible, 1 is as smooth as possible.
     pub smoothing: f64,
+    /// Whether and how branch points are moved to where the field can be integrated best.
+    pub branch_points: Option<BranchOptions>,
 }
 
 /// Normalised solves after the first, each with half the time step of the last.
@@ -32,7 +35,7 @@ const NORMALISED_SOLVES: usize = 3;
 /// without bending far around.
 const PAIR_DISTANCE: f64 = 1.5;
 
-/// Smooths a cross field. `is_feature` is a flag per halfedge (features and boundary).
+/// Smooths a cross field; then its branch points are searched for, if that is asked for. `is_feature` is a flag per halfedge (features and boundary).
 ///
 /// # Errors
 /// [`FieldError`] if the run was stopped or a solve failed.
@@ -43,7 +46,7 @@ pub fn smooth_cross_field(
     is_feature: &[bool],
     guidance: Option<&Guidance>,
     options: &FieldOptions,
-) -> Result<CrossField, FieldError> {
+) -> Result<(CrossField, BranchSearch), FieldError> {
     let fixed = fixed_crosses(mesh, frames, is_feature);
     let (alignment, target) = alignment(mesh, guidance, options);
     let mut system = System::new(mesh, frames, &fixed);
@@ -71,11 +74,18 @@ pub fn smooth_cross_field(
     let mut field = CrossField::from_angles(mesh, frames, angle);
     let cancelled = cancel_pairs(mesh, &mut field, is_feature, PAIR_DISTANCE * options.edge_length);
     let opened = open_sectors(mesh, frames, &mut field, is_feature);
-    if cancelled + opened > 0 {
+    let mut found = BranchSearch::default();
+    if cancelled + opened > 0 || options.branch_points.is_some() {
         let is_fixed: Vec<bool> = fixed.iter().map(Option::is_some).collect();
-        polish(mesh, frames, &mut field, &is_fixed, &alignment)?;
+        let turning = Turning::new(mesh, &is_fixed, &alignment)?;
+        let rest = field.angle.clone();
+        turning.relax(mesh, frames, &mut field, &rest);
+        if let Some(branch_points) = &options.branch_points {
+            let around = Surroundings { mesh, frames, is_feature, turning: &turning, edge_length: options.edge_length };
+            found = search_branch_points(ctx, &around, &mut field, branch_points)?;
+        }
     }
-    Ok(field)
+    Ok((field, found))
 }
 
 /// Crosses of faces that have a feature or boundary edge.
@@ -148,10 +158,7 @@ impl System {
         for h in 0..mesh.n_halfedges() {
             let Some(t) = mesh.twin(h).filter(|_| mesh.is_edge_owner(h)) else { continue };
             let (s, t) = (h / 3, t / 3);
-            let length = mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h)));
-            let area = mesh.area(s) + mesh.area(t);
-            // Long thin faces would get weights of any size; a bound keeps the matrix well conditioned.
-            let w = if area > 0.0 { (3.0 * length * length / area).min(1e4) } else { 1e4 };
+            let w = edge_weight(mesh, h, 3 * t);
             diagonal[s] += w;
             diagonal[t] += w;
             // |c_s g − c_t|² with g = e^{4iρ}

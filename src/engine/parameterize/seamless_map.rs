@@ -167,13 +167,13 @@ impl MapSystem {
         });
         let (q, fallen_together) = self.periods.round(ctx, scale, &separations)?;
         let norm = self.constant * scale * scale;
-        let rounding_energy = 2.0 * self.periods.excess(scale, &q) / norm;
+        let rounding_energy = self.periods.excess(scale, &q) / norm;
         // E* = constant − bᵀ x*: with x* the optimum of all unknowns, real integers included.
         let real: Vec<f64> = self.periods.optimum.clone();
         let z = self.reduced.solve_continuous(&self.factor, 1.0, &real);
         let gain: f64 = z.iter().zip(&self.reduced.b_z).map(|(z, b)| z * b).sum::<f64>()
             + real.iter().zip(&self.reduced.b_q).map(|(q, b)| q * b).sum::<f64>();
-        let curl_energy = 2.0 * ((self.constant - gain) / self.constant).max(0.0);
+        let curl_energy = ((self.constant - gain) / self.constant).max(0.0);
         Ok(RoundedIntegers { scale, q, fallen_together, curl_energy, rounding_energy })
     }
 

@@ -29,6 +29,9 @@ const SWEEPS: usize = 60;
 /// Vertex moves per round at most: beyond that the flips come from detail below the grid, and more work does not help.
 const WORK: usize = 200_000;
 
+/// When more flips than this stay and hardly any went, a wider region does not help either.
+const HOPELESS: usize = 100;
+
 /// How one vertex may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Freedom {
@@ -69,10 +72,14 @@ pub fn untangle(
         let vertices = region(mesh, &flipped, rings);
         relax_region(ctx, mesh, map, pinned, &targets, &vertices)?;
         let now = flipped_faces(map, &targets);
+        let is_stuck = now.len() > HOPELESS && 4 * now.len() > 3 * flipped.len();
         if now.len() > flipped.len() {
             map.uv = before;
         } else {
             flipped = now;
+        }
+        if is_stuck {
+            break;
         }
         rings *= 2;
     }

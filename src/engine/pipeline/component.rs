@@ -74,6 +74,12 @@ impl Component {
         Some(self.with_edges(kept))
     }
 
+    /// The same component with quads of `factor` times the edge length.
+    pub(super) fn finer(&self, factor: f64) -> Self {
+        let (edge_length, quads) = (self.edge_length * factor, self.quads / (factor * factor));
+        Self { surface: self.surface.clone(), vertices: self.vertices.clone(), edge_length, quads }
+    }
+
     /// The same component with some of its feature edges only, in their order. Corners stay where a feature or the
     /// boundary is left, and loose ends become corners.
     fn with_edges(&self, edges: Vec<[u32; 2]>) -> Self {
@@ -122,14 +128,20 @@ fn root(parent: &[usize], mut e: usize) -> usize {
     e
 }
 
-/// Fewest quads that a component gets: fewer cannot show its shape.
+/// Fewest quads that a component gets, and more for each boundary loop and each handle: fewer cannot show its shape.
 const MIN_QUADS: f64 = 24.0;
+const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
+const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
 /// Splits a surface; components in order of their first faces.
 pub(super) fn split(surface: &Surface, edge_length: f64) -> Vec<Component> {
     let component = |part: SurfacePart| {
         let area = part.surface.mesh.total_area();
-        let edge_length = edge_length.min((area / MIN_QUADS).sqrt());
+        let topology = part.surface.mesh.topology();
+        let least = MIN_QUADS
+            + MIN_QUADS_OF_BOUNDARY * topology.boundaries as f64
+            + MIN_QUADS_OF_HANDLE * topology.genus as f64;
+        let edge_length = edge_length.min((area / least).sqrt());
         Component {
             surface: part.surface,
             vertices: part.vertices,

@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use glam::DVec3;
 
+use crate::engine::field::BranchOptions;
 use crate::engine::mesh::Features;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, QuadCoverOptions, quad_cover};
@@ -14,7 +15,7 @@ use crate::engine::pipeline::component::Component;
 use crate::engine::pipeline::finish::{Improve, finish, last_resort};
 use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::road::Road;
-use crate::engine::pipeline::spec::{Align, RemeshSpec};
+use crate::engine::pipeline::spec::{Align, Optimise, RemeshSpec};
 use crate::engine::pipeline::working::{Working, renumber_corners, working_surface};
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::extract::{ExtractError, extract_quads};
@@ -40,11 +41,18 @@ const HOPELESS_FLIPS: usize = 400;
 /// Integers of a map after which no other field is tried: rounding them takes longer than a fallback.
 const HOPELESS_INTEGERS: usize = 500;
 
+/// Most quads of a component for which a map with finer quads than asked for is tried.
+const MOST_FINER: f64 = 10_000.0;
+/// Most triangles of such a component.
+const MOST_FACES_FINER: usize = 200_000;
+
 /// One rung of the ladder.
 #[derive(Clone, Copy)]
 enum Rung {
     /// Field and map, with this smoothing of the field.
     Map(f64),
+    /// As `Map`, of quads of this length relative to those asked for.
+    Finer(f64, f64),
     /// A road without a map.
     Plain(Road),
 }
@@ -59,16 +67,18 @@ enum Keep {
 
 /// The rungs in order. Features near failed quads are detail below the size of the quads, and go first; all go before
 /// the map does only when pairs of triangles could not keep them either.
-fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 11] {
+fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 13] {
     let (map, smoother) = (Rung::Map(spec.smoothing), Rung::Map(0.5 + 0.5 * spec.smoothing));
     [
         (map, Keep::Far(0.0)),
         (map, Keep::Far(1.5)),
         (smoother, Keep::Far(0.0)),
         (map, Keep::Far(4.0)),
+        (Rung::Finer(spec.smoothing, 0.7), Keep::Far(0.0)),
         (Rung::Plain(Road::Paired(1)), Keep::Far(0.0)),
         (map, Keep::None),
         (Rung::Plain(Road::Paired(1)), Keep::None),
+        (Rung::Finer(spec.smoothing, 0.5), Keep::Far(0.0)),
         (Rung::Plain(Road::Paired(3)), Keep::Far(4.0)),
         (Rung::Plain(Road::Paired(3)), Keep::None),
         (Rung::Plain(Road::SplitInput), Keep::Far(0.0)),
@@ -148,18 +158,26 @@ fn climb(
     let mut last = String::new();
     for (rung, keep) in rungs(spec) {
         ctx.check()?;
-        if matches!(rung, Rung::Plain(_))
+        if !matches!(rung, Rung::Map(_))
             && let Some(Good { solved, .. }) = good.take()
         {
             return Ok(Ok(solved));
         }
-        let Some(component) = climb.component(keep, spec) else { continue };
+        let Some(mut component) = climb.component(keep, spec) else { continue };
+        if let Rung::Finer(_, factor) = rung {
+            component = component.finer(factor);
+            // Where nothing could be integrated, more quads are no help; and many of them take their time.
+            let is_large = component.quads > MOST_FINER || component.surface.mesh.n_faces() > MOST_FACES_FINER;
+            if climb.map.is_none() || is_large {
+                continue;
+            }
+        }
         let keeps_all = component.surface.features == climb.whole.surface.features;
         if matches!(rung, Rung::Map(_)) && climb.no_second_field && keep == Keep::Far(0.0) {
             continue;
         }
         let (draft, map, level) = match rung {
-            Rung::Map(smoothing) => match climb.by_map(ctx, &component, spec, smoothing)? {
+            Rung::Map(smoothing) | Rung::Finer(smoothing, _) => match climb.by_map(ctx, &component, spec, smoothing)? {
                 Some((draft, map)) => (draft, Some(map), Level::L0),
                 None => continue,
             },
@@ -178,6 +196,13 @@ fn climb(
                 warnings.push(format!(
                     "{n} of {} sharp edges were given up: they are detail below the size of the quads",
                     climb.whole.surface.features.edges.len()
+                ));
+            }
+            if matches!(rung, Rung::Finer(..)) {
+                warnings.push(format!(
+                    "density_floor: {} quads instead of {:.0}: the detail is below the size asked for",
+                    finished.draft.mesh.quads.len(),
+                    climb.whole.quads
                 ));
             }
             let kept_features = (!keeps_all).then_some(component.surface.features);
@@ -225,7 +250,15 @@ impl Climb<'_> {
         spec: &RemeshSpec,
         smoothing: f64,
     ) -> Result<Option<(QuadDraft, (Working, QuadCoverMap))>, Cancelled> {
-        match catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &self.index, spec, smoothing))) {
+        // Branch points are worth their search where the first map or one near it is delivered; the rungs below want
+        // any map at all.
+        let is_first = smoothing == spec.smoothing && component.edge_length == self.whole.edge_length;
+        let branch_points = match spec.optimise {
+            Optimise::Relocate if is_first => Some(BranchOptions { create: false }),
+            Optimise::Balance if is_first => Some(BranchOptions { create: true }),
+            _ => None,
+        };
+        match catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &self.index, spec, smoothing, branch_points))) {
             Ok(Ok(found)) => return Ok(Some(found)),
             Ok(Err(Failure::Cancelled(c))) => return Err(c),
             Ok(Err(Failure::Cause(cause, map))) => {
@@ -263,6 +296,7 @@ fn by_map(
     index: &SurfaceIndex,
     spec: &RemeshSpec,
     smoothing: f64,
+    branch_points: Option<BranchOptions>,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
     let edge_length = component.edge_length;
     let working =
@@ -272,6 +306,7 @@ fn by_map(
         quads: spec.adapt_count.then_some(component.quads),
         smoothing,
         guided: spec.align == Align::Curvature,
+        branch_points,
     };
     let map = quad_cover(ctx, &working.surface, &options).map_err(|e| match e {
         QuadCoverError::Cancelled(c) => Failure::Cancelled(c),

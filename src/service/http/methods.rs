@@ -40,7 +40,7 @@ pub(super) async fn list_methods() -> Json<MethodList> {
                       an integer-grid map, whose grid lines are the quads.",
             cannot: vec![
                 "quads of varying size (adaptive_size, density_from_vertex_colour)",
-                "move, create or balance branch points: they stay where the field has them (optimise)",
+                "move branch points onto features or the boundary, or off them (optimise)",
                 "follow strokes, or ignore the boundary (strokes, boundary: free)",
                 "exact mirror symmetry (symmetry)",
                 "quad-dominant meshes (output)",

@@ -45,7 +45,8 @@ pub struct RemeshRequest {
     pub smoothing: f64,
     /// Directions to follow, polylines in model units; not available in this version.
     pub strokes: Vec<Vec<[f64; 3]>>,
-    /// What is done about branch points; in this version they stay where the field has them.
+    /// What is done about branch points: as found; moved to where the field has least curl; also created and cancelled
+    /// where that saves more than it costs in rounding.
     pub optimise: OptimiseName,
     /// Exact mirror symmetry of the result; not available in this version.
     pub symmetry: Vec<SymmetryAxis>,
@@ -227,8 +228,6 @@ impl RemeshRequest {
         refuse(!self.strokes.is_empty(), "/strokes", unavailable("strokes are"));
         let free = unavailable("a field that ignores the boundary is");
         refuse(self.boundary == BoundaryName::Free, "/boundary", free);
-        let relocate = format!("{}; use none or balance", unavailable("moving branch points alone is"));
-        refuse(self.optimise == OptimiseName::Relocate, "/optimise", relocate);
         refuse(!self.symmetry.is_empty(), "/symmetry", unavailable("exact symmetry is"));
         let dominant = unavailable("quad-dominant output is");
         refuse(self.output != OutputName::Pure, "/output", dominant);
@@ -354,7 +353,6 @@ mod tests {
             ("method", json!("layout")),
             ("strokes", json!([[[0, 0, 0], [1, 0, 0]]])),
             ("boundary", json!("free")),
-            ("optimise", json!("relocate")),
         ];
         for (field, value) in cases {
             let violations = ResolvedSpec::from_value(json!({ field: value })).unwrap_err();

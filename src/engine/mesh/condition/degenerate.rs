@@ -19,6 +19,10 @@ use crate::engine::run::RunContext;
 const LEAST_HEIGHT: f64 = 1e-9;
 /// Least height of a triangle relative to its longest side.
 const LEAST_SHAPE: f64 = 1e-6;
+/// Files of single precision hold coordinates to 6e-8 of their size: the parts of a split triangle of less than about
+/// thirty times that height may have no area in them. Relative to the coordinates or the diagonal, whichever is less:
+/// models far from the origin keep their detail.
+const LEAST_HEIGHT_WRITTEN: f64 = 2e-6;
 /// Longest way, relative to the diagonal of the component, that a vertex is pulled along an edge.
 const LONGEST_PULL: f64 = 1e-5;
 
@@ -78,7 +82,8 @@ fn scales(draft: &Draft) -> (Vec<u32>, Vec<Scale>) {
         let diagonal = low[c].distance(high[c]);
         let far = low[c].abs().max(high[c].abs()).max_element();
         // Below a few units in the last place of the coordinates a height is rounding.
-        let least_height = (LEAST_HEIGHT * diagonal).max(16.0 * f64::EPSILON * far);
+        let least_height =
+            (LEAST_HEIGHT * diagonal).max(16.0 * f64::EPSILON * far).max(LEAST_HEIGHT_WRITTEN * far.min(diagonal));
         Scale { least_height, longest_pull: LONGEST_PULL * diagonal }
     };
     (component, (0..n).map(scale).collect())

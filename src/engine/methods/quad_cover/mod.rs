@@ -5,6 +5,8 @@
 
 mod stiffen;
 
+use crate::engine::field::BranchOptions;
+use crate::engine::field::BranchSearch;
 use crate::engine::field::CrossField;
 use crate::engine::field::FieldError;
 use crate::engine::field::FieldOptions;
@@ -34,6 +36,8 @@ pub struct QuadCoverOptions {
     pub smoothing: f64,
     /// Whether curvature guides the field at all.
     pub guided: bool,
+    /// Whether and how branch points are moved.
+    pub branch_points: Option<BranchOptions>,
 }
 
 /// An integer-grid map (up to flipped triangles) of one component.
@@ -49,6 +53,8 @@ pub struct QuadCoverMap {
     pub n_integers: usize,
     /// Its measures.
     pub measures: MapMeasures,
+    /// What the search for branch points did.
+    pub branch_search: BranchSearch,
     /// Energy of the seamless map relative to ½‖X‖².
     pub curl_energy: f64,
     /// Energy added by rounding relative to ½‖X‖².
@@ -100,9 +106,13 @@ pub fn quad_cover(
     let mesh = &working.mesh;
     let frames = Frames::new(mesh);
     let flags = working.features.halfedge_flags(mesh);
-    let field = ctx.stage(Stage::Field, || -> Result<_, QuadCoverError> {
+    let (field, branch_search) = ctx.stage(Stage::Field, || -> Result<_, QuadCoverError> {
         let guidance = options.guided.then(|| curvature_guidance(mesh, &frames, &flags, 0.7 * options.edge_length));
-        let field_options = FieldOptions { edge_length: options.edge_length, smoothing: options.smoothing };
+        let field_options = FieldOptions {
+            edge_length: options.edge_length,
+            smoothing: options.smoothing,
+            branch_points: options.branch_points.clone(),
+        };
         Ok(smooth_cross_field(ctx, mesh, &frames, &flags, guidance.as_ref(), &field_options)?)
     })?;
     let system =
@@ -120,6 +130,7 @@ pub fn quad_cover(
             scale: rounded.scale,
             n_integers: system.n_integers(),
             field,
+            branch_search,
             measures,
             curl_energy: rounded.curl_energy,
             rounding_energy: rounded.rounding_energy,

@@ -1,0 +1,100 @@
+use crate::engine::field::branch::curl::Curl;
+use crate::engine::field::branch::{BranchOptions, curl_energy};
+use crate::engine::field::cross_field::CrossField;
+use crate::engine::field::frames::Frames;
+use crate::engine::field::turning::Turning;
+use crate::engine::field::{FieldOptions, smooth_cross_field};
+use crate::engine::mesh::shapes::sample_surface;
+use crate::engine::mesh::{Surface, TriMesh};
+use crate::engine::run::RunContext;
+
+fn field_on(name: &str, triangles: usize) -> (Surface, Frames, CrossField, Vec<bool>, f64) {
+    let surface = sample_surface(name, triangles).unwrap();
+    let frames = Frames::new(&surface.mesh);
+    let flags = surface.features.halfedge_flags(&surface.mesh);
+    let edge_length = (surface.mesh.total_area() / (triangles as f64 / 10.0)).sqrt();
+    let options = FieldOptions { edge_length, smoothing: 1.0, branch_points: None };
+    let (field, _) = smooth_cross_field(&RunContext::silent(), &surface.mesh, &frames, &flags, None, &options).unwrap();
+    (surface, frames, field, flags, edge_length)
+}
+
+fn free_turning(surface: &Surface) -> Turning {
+    let n = surface.mesh.n_faces();
+    Turning::new(&surface.mesh, &vec![false; n], &vec![0.0; n]).unwrap()
+}
+
+#[test]
+fn the_derivative_finds_the_better_turn() {
+    // Matchings are whole quarters, so a difference quotient would need matchings that are none; what is asked of the
+    // derivative is that it finds the better of the two turns where it is large.
+    let (surface, frames, field, _, _) = field_on("ellipsoid", 600);
+    let (mesh, curl, turning) = (&surface.mesh, Curl::new(&surface.mesh), free_turning(&surface));
+    let at = |field: &CrossField| curl.energy(mesh, &frames, field, None).unwrap();
+    let rest = field.angle.clone();
+    let mut field = field;
+    turning.relax(mesh, &frames, &mut field, &rest);
+    let energy = at(&field);
+    let derivative = curl.derivative(mesh, &frames, &field, &energy, &turning);
+    let mut order: Vec<usize> = (0..derivative.len()).collect();
+    order.sort_by(|&a, &b| derivative[b].abs().total_cmp(&derivative[a].abs()));
+    let mut right = 0;
+    for &e in &order[..20] {
+        let change = [1u8, 3].map(|k| {
+            let mut turned = field.clone();
+            turned.matching.turn(mesh, curl.owner[e], k);
+            turning.relax(mesh, &frames, &mut turned, &rest);
+            at(&turned).value - energy.value
+        });
+        right += usize::from((change[0] < change[1]) == (derivative[e] < 0.0));
+    }
+    assert!(right >= 19, "{right} of 20");
+}
+
+#[test]
+fn the_curl_energy_does_not_change_with_charts() {
+    let (surface, frames, field, _, _) = field_on("genus2", 1200);
+    let mesh = &surface.mesh;
+    // Matched by the nearest turn, as the other one below.
+    let field = CrossField::from_angles(mesh, &frames, field.angle);
+    let value = Curl::new(mesh).energy(mesh, &frames, &field, None).unwrap().value;
+    assert!(value > 1e-4 && value < 0.2, "{value}");
+    // Other representatives of the same crosses.
+    let turned: Vec<f64> =
+        field.angle.iter().enumerate().map(|(f, a)| a + (f % 4) as f64 * std::f64::consts::FRAC_PI_2).collect();
+    let other = CrossField::from_angles(mesh, &frames, turned);
+    assert_eq!(other.quarter_index, field.quarter_index);
+    let again = Curl::new(mesh).energy(mesh, &frames, &other, None).unwrap().value;
+    assert!((again - value).abs() < 1e-9 * value, "{again} {value}");
+}
+
+/// A scaled and rotated copy has the same energy.
+#[test]
+fn the_curl_energy_does_not_change_with_scale_or_rotation() {
+    let (surface, frames, field, _, _) = field_on("genus2", 1200);
+    let value = curl_energy(&surface.mesh, &frames, &field).unwrap();
+    let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 1.1, -0.7);
+    let positions = surface.mesh.positions().iter().map(|p| turn * (*p * 1e-3)).collect();
+    let moved = TriMesh::try_new(positions, surface.mesh.faces().to_vec()).unwrap();
+    let again = curl_energy(&moved, &Frames::new(&moved), &field).unwrap();
+    assert!((again - value).abs() < 1e-7 * value, "{again} {value}");
+}
+
+#[test]
+fn every_search_lowers_its_cost_and_keeps_the_sum_of_indices() {
+    for (name, create) in [("genus2", false), ("genus2", true), ("gear", false), ("noisy_blob", true)] {
+        let (surface, frames, before, flags, edge_length) = field_on(name, 3000);
+        let mesh = &surface.mesh;
+        let branch_points = Some(BranchOptions { create });
+        let options = FieldOptions { edge_length, smoothing: 1.0, branch_points };
+        let (after, found) = smooth_cross_field(&RunContext::silent(), mesh, &frames, &flags, None, &options).unwrap();
+        assert!(found.energy[1] <= found.energy[0] && found.accepted < found.evaluations, "{name}: {found:?}");
+        assert!(create || found.points[1] <= found.points[0], "{name}: {found:?}");
+        let sum = |field: &CrossField| field.quarter_index.iter().sum::<i32>();
+        assert_eq!(sum(&after), sum(&before), "{name}");
+        let value = curl_energy(mesh, &frames, &after).unwrap();
+        assert!((value - found.energy[1]).abs() < 1e-9, "{name}: {value} {found:?}");
+        if name == "genus2" {
+            assert!(found.energy[1] < 0.9 * found.energy[0], "{found:?}");
+        }
+    }
+}
