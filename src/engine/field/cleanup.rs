@@ -1,7 +1,7 @@
 //! Topological repairs of a cross field before it is integrated: sectors at features that would have no angle in the
 //! map, and pairs of singularities too close for the grid (algorithms.md B.5, B.7).
 //!
-//! Both change matchings only; [`polish`](super::polish::polish) then turns the crosses to fit.
+//! Both change matchings only; [`Turning`](super::turning::Turning) then turns the crosses to fit.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,9 +13,15 @@ use crate::engine::mesh::NONE;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;
 
-/// Gives every sector between two feature or boundary edges of a vertex at least a quarter turn in the map. A sector of
-/// angle Θ whose edges the field turns through Σ r has `(Θ + Σ r) / (π/2)` of them. Returns the number of sectors mended.
-pub(super) fn open_sectors(mesh: &TriMesh, frames: &Frames, field: &mut CrossField, is_feature: &[bool]) -> usize {
+/// How far (radians) the angle of a sector may be from a multiple of a quarter turn for that to be what it gets.
+const CLEAR: f64 = 0.6;
+
+/// Gives every sector between two feature or boundary edges of a vertex the quarter turns of its angle where that is
+/// clear, and at least one. A sector of angle Θ whose edges the field turns through Σ r has `(Θ + Σ r) / (π/2)` of them;
+/// along a straight curve any number but two would put a branch point on the curve, and a quad with a straight angle
+/// beside it. Branch points move to neighbours inside the sector. Returns the number of sectors mended.
+pub(super) fn mend_sectors(mesh: &TriMesh, frames: &Frames, field: &mut CrossField, is_feature: &[bool]) -> usize {
+    let on_feature = on_features(mesh, is_feature);
     let mut mended = 0;
     for v in 0..mesh.n_vertices() as u32 {
         let fan: Vec<usize> = mesh.fan(v).collect();
@@ -26,7 +32,7 @@ pub(super) fn open_sectors(mesh: &TriMesh, frames: &Frames, field: &mut CrossFie
             sector.push(h);
             // The sector ends where the edge behind this face's corner is a feature or the boundary.
             if is_feature[prev(h)] {
-                mended += usize::from(open_sector(mesh, frames, field, &sector));
+                mended += usize::from(mend_sector(mesh, frames, field, &sector, &on_feature));
                 sector.clear();
             }
         }
@@ -35,18 +41,38 @@ pub(super) fn open_sectors(mesh: &TriMesh, frames: &Frames, field: &mut CrossFie
 }
 
 /// `sector` are the halfedges leaving the vertex, one per face of the sector, counter-clockwise.
-fn open_sector(mesh: &TriMesh, frames: &Frames, field: &mut CrossField, sector: &[usize]) -> bool {
+fn mend_sector(mesh: &TriMesh, frames: &Frames, field: &mut CrossField, sector: &[usize], on_feature: &[bool]) -> bool {
     let inner = &sector[..sector.len() - 1];
     let angle: f64 = sector.iter().map(|&h| corner_angle(frames, h)).sum();
     let turn = |field: &CrossField, h: usize| residual(mesh, frames, &field.angle, &field.matching, prev(h));
     let total: f64 = inner.iter().map(|&h| turn(field, h)).sum();
     let quarters = ((angle + total) / FRAC_PI_2).round() as i32;
-    for _ in quarters..1 {
-        let lowest = inner.iter().copied().min_by(|&a, &b| turn(field, a).total_cmp(&turn(field, b)));
-        let Some(h) = lowest else { return false };
-        field.matching.turn(mesh, prev(h), 1);
+    let clear = (angle / FRAC_PI_2).round();
+    let is_clear = clear >= 1.0 && (angle - clear * FRAC_PI_2).abs() < CLEAR;
+    // An edge to another curve would only pass the turn on to it.
+    let free: Vec<usize> = inner.iter().copied().filter(|&h| !on_feature[mesh.origin(prev(h)) as usize]).collect();
+    let (wanted, candidates) = match (is_clear, free.is_empty()) {
+        (_, true) => (quarters.max(1), inner),
+        (true, false) => (clear as i32, free.as_slice()),
+        (false, false) => (quarters.max(1), free.as_slice()),
+    };
+    let step = (wanted - quarters).signum();
+    for _ in 0..(wanted - quarters) * step {
+        let least = |h: &usize| f64::from(step) * turn(field, *h);
+        let Some(&h) = candidates.iter().min_by(|a, b| least(a).total_cmp(&least(b))) else { return false };
+        field.matching.turn(mesh, prev(h), step.rem_euclid(4) as u8);
     }
-    quarters < 1
+    wanted != quarters
+}
+
+/// Vertices at features and at the boundary.
+fn on_features(mesh: &TriMesh, is_feature: &[bool]) -> Vec<bool> {
+    let mut on = vec![false; mesh.n_vertices()];
+    for h in (0..mesh.n_halfedges()).filter(|&h| is_feature[h]) {
+        on[mesh.origin(h) as usize] = true;
+        on[mesh.target(h) as usize] = true;
+    }
+    on
 }
 
 fn corner_angle(frames: &Frames, h: usize) -> f64 {
@@ -56,14 +82,7 @@ fn corner_angle(frames: &Frames, h: usize) -> f64 {
 /// Cancels pairs of singularities of opposite index nearer than `max_distance` (model units) by shifting the matchings
 /// along the edges between them, nearest pairs first. Paths do not touch feature edges. Returns the number of pairs.
 pub(super) fn cancel_pairs(mesh: &TriMesh, field: &mut CrossField, is_feature: &[bool], max_distance: f64) -> usize {
-    let on_feature = {
-        let mut on = vec![false; mesh.n_vertices()];
-        for h in (0..mesh.n_halfedges()).filter(|&h| is_feature[h]) {
-            on[mesh.origin(h) as usize] = true;
-            on[mesh.target(h) as usize] = true;
-        }
-        on
-    };
+    let on_feature = on_features(mesh, is_feature);
     let mut pairs: Vec<(u64, Vec<usize>)> = Vec::new();
     for s in field.singularities().iter().filter(|s| s.quarters > 0 && !on_feature[s.vertex as usize]) {
         pairs.extend(paths_to_opposites(mesh, field, &on_feature, s.vertex, max_distance));

@@ -6,7 +6,7 @@
 //! a decreasing time step (Merriman–Bence–Osher, B.4) removes spurious dipoles.
 
 use crate::engine::field::branch::{BranchOptions, BranchSearch, Surroundings, search_branch_points};
-use crate::engine::field::cleanup::{cancel_pairs, open_sectors};
+use crate::engine::field::cleanup::{cancel_pairs, mend_sectors};
 use crate::engine::field::cross_field::{CrossField, FieldError};
 use crate::engine::field::curvature::Guidance;
 use crate::engine::field::frames::Frames;
@@ -72,10 +72,11 @@ pub fn smooth_cross_field(
     }
     let angle = c.iter().map(|c| 0.25 * c.im.atan2(c.re)).collect();
     let mut field = CrossField::from_angles(mesh, frames, angle);
+    let mended = mend_sectors(mesh, frames, &mut field, is_feature);
+    field.update_indices(mesh, frames);
     let cancelled = cancel_pairs(mesh, &mut field, is_feature, PAIR_DISTANCE * options.edge_length);
-    let opened = open_sectors(mesh, frames, &mut field, is_feature);
     let mut found = BranchSearch::default();
-    if cancelled + opened > 0 || options.branch_points.is_some() {
+    if cancelled + mended > 0 || options.branch_points.is_some() {
         let is_fixed: Vec<bool> = fixed.iter().map(Option::is_some).collect();
         let turning = Turning::new(mesh, &is_fixed, &alignment)?;
         let rest = field.angle.clone();

@@ -45,6 +45,8 @@ const HOPELESS_INTEGERS: usize = 500;
 const MOST_FINER: f64 = 10_000.0;
 /// Most triangles of such a component.
 const MOST_FACES_FINER: usize = 200_000;
+/// Most triangles of a component whose branch points are searched for: everything else takes its time there, too.
+const MOST_FACES_SEARCHED: usize = 500_000;
 
 /// One rung of the ladder.
 #[derive(Clone, Copy)]
@@ -252,10 +254,12 @@ impl Climb<'_> {
     ) -> Result<Option<(QuadDraft, (Working, QuadCoverMap))>, Cancelled> {
         // Branch points are worth their search where the first map or one near it is delivered; the rungs below want
         // any map at all.
-        let is_first = smoothing == spec.smoothing && component.edge_length == self.whole.edge_length;
+        let is_near = smoothing == spec.smoothing && component.edge_length == self.whole.edge_length;
+        let is_first = self.warnings.len() < 2 && is_near;
+        let is_small = component.surface.mesh.n_faces() < MOST_FACES_SEARCHED;
         let branch_points = match spec.optimise {
-            Optimise::Relocate if is_first => Some(BranchOptions { create: false }),
-            Optimise::Balance if is_first => Some(BranchOptions { create: true }),
+            Optimise::Relocate if is_first && is_small => Some(BranchOptions { create: false }),
+            Optimise::Balance if is_first && is_small => Some(BranchOptions { create: true }),
             _ => None,
         };
         match catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &self.index, spec, smoothing, branch_points))) {

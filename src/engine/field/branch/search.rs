@@ -29,10 +29,12 @@ pub struct BranchSearch {
     pub accepted: usize,
 }
 
-/// Faces times factorisations that one search may cost: about ten seconds.
-const WORK: usize = 2_500_000;
+/// Faces times factorisations that one search may cost: about six seconds.
+const WORK: usize = 1_500_000;
 /// Factorisations at most.
 const MAX_EVALUATIONS: usize = 30;
+/// Share of them for moving what is there, where pairs are created afterwards.
+const MOVING_SHARE: f64 = 0.6;
 /// Largest batch.
 const MAX_BATCH: usize = 64;
 /// Single moves that fail in a row before the search ends.
@@ -46,7 +48,7 @@ const PRICE: f64 = 0.45;
 const LONGEST_STRIDE: usize = 6;
 /// The search ends when this many evaluations together have lowered the cost by less than [`LEAST_PROGRESS`] of it.
 const WINDOW: usize = 5;
-const LEAST_PROGRESS: f64 = 0.02;
+const LEAST_PROGRESS: f64 = 0.03;
 
 /// What the search is to respect.
 pub(in crate::engine::field) struct Surroundings<'a> {
@@ -86,10 +88,12 @@ pub(in crate::engine::field) fn search_branch_points(
         evaluations: 1,
         accepted: 0,
     };
-    let mut search = Search { ctx, around, field, energy, rest, done: &mut done, limit };
+    let first = if options.create { (MOVING_SHARE * limit as f64) as usize } else { limit };
+    let mut search = Search { ctx, around, field, energy, rest, done: &mut done, limit: first };
     let mut moves = Moves::new(mesh, &curl, around);
     search.phase(&mut moves)?;
     if options.create {
+        search.limit = limit;
         moves.price = Some(PRICE * around.edge_length.powi(2) / mesh.total_area());
         search.phase(&mut moves)?;
     }
