@@ -6,7 +6,7 @@ use crate::engine::certify::{Certificate, Check, certify};
 use crate::engine::fallback::split_draft;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::component::Component;
-use crate::engine::quad::{OptimiseOptions, QuadDraft, improve_connectivity, optimise, reach_out, repair_quads};
+use crate::engine::quad::{Bad, OptimiseOptions, QuadDraft, improve_connectivity, optimise, reach_out, repair_quads};
 use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 
 /// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
@@ -32,6 +32,8 @@ pub(super) struct Finished {
     pub(super) draft: QuadDraft,
     /// The Hausdorff distance in quad edges.
     pub(super) away: f64,
+    /// The smallest scaled Jacobian of a corner.
+    least_corner: f64,
     /// Why it must not be delivered.
     pub(super) refusal: Option<Refusal>,
 }
@@ -60,8 +62,17 @@ pub(super) fn finish(
         return Ok(finished);
     }
     // From here on there is something to deliver, whatever the deadline says.
-    match work.better(draft, improve, &finished) {
-        Err(Cancelled(StopReason::Deadline)) | Ok(None) => Ok(finished),
+    let finished = or_deadline(finished, |good| work.better(draft, improve, good))?;
+    or_deadline(finished, |good| work.straightened(good))
+}
+
+/// What is better than something good, or that itself if there is nothing better or the deadline passes.
+fn or_deadline(
+    good: Finished,
+    better: impl FnOnce(&Finished) -> Result<Option<Finished>, Cancelled>,
+) -> Result<Finished, Cancelled> {
+    match better(&good) {
+        Err(Cancelled(StopReason::Deadline)) | Ok(None) => Ok(good),
         Ok(Some(better)) => Ok(better),
         Err(stop) => Err(stop),
     }
@@ -114,6 +125,19 @@ impl Work<'_> {
         Ok(if other.away < away { Some(other) } else { reached })
     }
 
+    /// Certified quads with fewer straight or reflex corners.
+    fn straightened(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
+        let Self { ctx, component, index } = *self;
+        if good.least_corner > 0.0 || good.draft.mesh.quads.len() > self.most_improved() {
+            return Ok(None);
+        }
+        let mended =
+            ctx.stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, Bad::Reflex))?;
+        let mended = mended.map(|draft| self.judged(draft)).transpose()?;
+        let is_better = |m: &Finished| m.refusal.is_none() && m.away <= good.away.max(FAR);
+        Ok(mended.filter(is_better))
+    }
+
     fn most_improved(&self) -> usize {
         MOST_IMPROVED * self.component.quads.ceil() as usize
     }
@@ -134,7 +158,9 @@ impl Work<'_> {
         if finished.refusal.is_none() {
             return Ok(finished);
         }
-        let mended = ctx.stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &finished.draft))?;
+        let mended = ctx.stage(Stage::Optimise, || {
+            repair_quads(ctx, &component.surface, index, &finished.draft, Bad::TurnedOver)
+        })?;
         let mended = mended.map(|draft| self.judged(draft)).transpose()?;
         Ok(mended.filter(|mended| mended.refusal.is_none()).unwrap_or(finished))
     }
@@ -161,7 +187,7 @@ impl Work<'_> {
                 places: Vec::new(),
             }),
         };
-        Ok(Finished { draft, away, refusal })
+        Ok(Finished { draft, away, least_corner: certificate.measures.scaled_jacobian_min, refusal })
     }
 
     fn places(&self, certificate: &Certificate, draft: &QuadDraft) -> Vec<DVec3> {

@@ -11,10 +11,16 @@ use crate::engine::mesh::feature_detection::relief::Relief;
 /// seems from afar: the rims of thin walls are such, and noise never keeps so sharp for so long.
 const PERSISTENT: (usize, f64) = (10, 1.15);
 
+/// Networks with junctions that are smaller than this share of the shortest length are tangles.
+const TANGLE: f64 = 0.6;
+/// So are networks up to this many times as large whose junctions are nearer to each other, in the mean, than this share
+/// of it.
+const LARGE_TANGLE: (f64, f64) = (2.0, 0.4);
+
 /// Drops, until none is left, what is sharp only from edge to edge: chains with a loose end and closed chains that are
 /// short (below `min_length`, or twice that if they are not persistently sharp) or bend less than `angle` on average
-/// when seen over half of `min_length`; anchored chains that bend less than half of `angle`; and networks smaller than
-/// `min_length`. Edges that the user asked for stay. Nothing is dropped for a length of 0.
+/// when seen over half of `min_length`; anchored chains that bend less than half of `angle`; networks smaller than
+/// `min_length`, and tangles. Edges that the user asked for stay. Nothing is dropped for a length of 0.
 pub(super) fn prune(network: &mut Network, angle: f64, min_length: f64) {
     if min_length <= 0.0 {
         return;
@@ -29,8 +35,11 @@ pub(super) fn prune(network: &mut Network, angle: f64, min_length: f64) {
             }
         }
         for cluster in clusters(network) {
-            let small = extent(network.mesh, &cluster) < min_length.min(0.5 * diagonals[cluster[0] / 3]);
-            if small && !cluster.iter().any(|&h| network.kept[h]) && !is_persistent(network, &cluster, angle) {
+            let size = extent(network.mesh, &cluster);
+            let small = size < min_length.min(0.5 * diagonals[cluster[0] / 3]);
+            let tangled = is_tangled(network, &cluster, size, min_length);
+            let noise = tangled || !is_persistent(network, &cluster, angle);
+            if (small || tangled) && noise && !cluster.iter().any(|&h| network.kept[h]) {
                 unmark(network, &cluster);
             }
         }
@@ -50,6 +59,17 @@ fn is_persistent(network: &Network, halfedges: &[usize], angle: f64) -> bool {
     let length: f64 = halfedges.iter().map(|&h| network.length(h)).sum();
     let sharpness: f64 = halfedges.iter().map(|&h| network.dihedral(h) * network.length(h)).sum();
     halfedges.len() >= PERSISTENT.0 && sharpness >= PERSISTENT.1 * angle * length
+}
+
+/// Whether quads cannot show the junctions of a network, because they are too close to each other, however sharp it is.
+fn is_tangled(network: &Network, cluster: &[usize], size: f64, min_length: f64) -> bool {
+    let ends = cluster.iter().flat_map(|&h| [network.mesh.origin(h), network.mesh.target(h)]);
+    let mut junctions: Vec<u32> = ends.filter(|&v| network.degree(v) > 2).collect();
+    junctions.sort_unstable();
+    junctions.dedup();
+    let length: f64 = cluster.iter().map(|&h| network.length(h)).sum();
+    let is_dense = size < LARGE_TANGLE.0 * min_length && length < LARGE_TANGLE.1 * min_length * junctions.len() as f64;
+    !junctions.is_empty() && size < TANGLE * min_length || is_dense
 }
 
 fn is_noise(network: &Network, chain: &[usize], bends: &[f64], angle: f64, min_length: f64) -> bool {

@@ -12,5 +12,5 @@ mod valence;
 mod tests;
 
 pub use reach::reach_out;
-pub use repair::repair_quads;
+pub use repair::{Bad, repair_quads};
 pub use sequence::improve_connectivity;

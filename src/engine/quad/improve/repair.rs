@@ -23,7 +23,19 @@ const FEW: usize = 20;
 /// Rounds over the bad quads.
 const ROUNDS: usize = 6;
 
-/// Mends quads that are turned over against the surface or have no area: their free vertices are evened out on the
+/// Which quads are mended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bad {
+    /// Those that are turned over against the surface or have no area.
+    TurnedOver,
+    /// Those, and quads with a corner that is straight or reflex.
+    Reflex,
+}
+
+/// Least scaled Jacobian of a quad that is not [`Bad::Reflex`].
+const STRAIGHT: f64 = 0.02;
+
+/// Mends bad quads: their free vertices are evened out on the
 /// surface or off it, and where that is not enough an edge is turned or a diagonal shrunk. Everything that is not near
 /// a bad quad stays as it is, bit for bit, and so do topology, feature edges, boundary and anchored vertices.
 ///
@@ -37,18 +49,19 @@ pub fn repair_quads(
     surface: &Surface,
     index: &SurfaceIndex,
     draft: &QuadDraft,
+    which: Bad,
 ) -> Result<Option<QuadDraft>, Cancelled> {
     let mean = mean_edge(draft);
     if !(is_sound(surface, draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(None);
     }
-    let bad = bad_quads(ctx, index, draft)?;
+    let bad = bad_quads(ctx, index, draft, which)?;
     if bad.is_empty() || bad.len() > FEW.max((MOST * draft.mesh.quads.len() as f64) as usize) {
         return Ok(None);
     }
     let sheet = Sheet::new(surface, mean);
     let shaping = Shaping::new(&sheet, index, draft, 0.5 * mean);
-    let mut repair = Repair { net: QuadNet::new(draft), shaping, index };
+    let mut repair = Repair { net: QuadNet::new(draft), shaping, index, which };
     let mut left = bad;
     let mut mended = false;
     for _ in 0..ROUNDS {
@@ -72,7 +85,7 @@ pub fn repair_quads(
     }))
 }
 
-fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft) -> Result<Vec<u32>, Cancelled> {
+fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft, which: Bad) -> Result<Vec<u32>, Cancelled> {
     let found: Vec<bool> = draft
         .mesh
         .quads
@@ -82,7 +95,7 @@ fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft) -> Resul
             if q % 1024 == 0 {
                 ctx.check()?;
             }
-            Ok(is_turned_over(index, &quad.map(|v| draft.mesh.positions[v as usize])))
+            Ok(which.has(index, &quad.map(|v| draft.mesh.positions[v as usize])))
         })
         .collect::<Result<_, Cancelled>>()?;
     Ok((0u32..).zip(found).filter(|&(_, bad)| bad).map(|(q, _)| q).collect())
@@ -99,10 +112,18 @@ fn is_turned_over(index: &SurfaceIndex, p: &[glam::DVec3; 4]) -> bool {
     area.dot(around) <= 0.0 && area.dot(index.normal(index.closest(p.iter().sum::<glam::DVec3>() / 4.0).face)) <= 0.0
 }
 
+impl Bad {
+    fn has(self, index: &SurfaceIndex, p: &[glam::DVec3; 4]) -> bool {
+        let is_reflex = || quality(p, area_vector(p).normalize_or_zero()) < STRAIGHT;
+        self == Self::Reflex && is_reflex() || is_turned_over(index, p)
+    }
+}
+
 struct Repair<'a> {
     net: QuadNet,
     shaping: Shaping<'a>,
     index: &'a SurfaceIndex,
+    which: Bad,
 }
 
 /// How a region looks: bad quads, and then the worst corner with its sign turned, less is better.
@@ -114,7 +135,7 @@ impl Repair<'_> {
     }
 
     fn is_bad(&self, slot: u32) -> bool {
-        self.net.quads[slot as usize] != DEAD && is_turned_over(self.index, &self.corners(slot))
+        self.net.quads[slot as usize] != DEAD && self.which.has(self.index, &self.corners(slot))
     }
 
     /// The slots that meet the quad in a slot, itself among them.
@@ -133,7 +154,7 @@ impl Repair<'_> {
         let (mut bad, mut worst) = (0, f64::INFINITY);
         for slot in self.slots(vertices) {
             let p = self.corners(slot);
-            bad += usize::from(is_turned_over(self.index, &p));
+            bad += usize::from(self.which.has(self.index, &p));
             worst = worst.min(quality(&p, area_vector(&p).normalize_or_zero()));
         }
         (bad, -worst)
