@@ -18,6 +18,9 @@ const FARTHEST: f64 = 4.0;
 /// From this distance on other connectivity is tried too.
 const FAR: f64 = 1.5;
 
+/// Largest coordinate relative to the diagonal of a component up to which single precision is expected to hold it.
+const FARTHEST_ROUNDED: f64 = 60.0;
+
 /// When the connectivity of a draft is improved.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Improve {
@@ -87,7 +90,7 @@ struct Work<'a> {
 impl Work<'_> {
     fn finish(&self, draft: QuadDraft, improve: Improve) -> Result<Finished, Cancelled> {
         if draft.mesh.quads.len() > self.most_improved() {
-            return self.judged(draft);
+            return self.judged_as_it_is(draft);
         }
         if improve == Improve::First {
             let as_it_came = self.mend(draft.clone())?;
@@ -174,7 +177,18 @@ impl Work<'_> {
         Ok(reached.filter(|reached| reached.refusal.is_none()))
     }
 
-    fn judged(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
+    /// Rounds the quads to what a file of single precision will hold, and judges them: all formats then hold the same.
+    /// Where that would move them by more than a few millionths of the surface's size, they stay as they are: far from
+    /// the origin only files of double precision will do.
+    fn judged(&self, mut draft: QuadDraft) -> Result<Finished, Cancelled> {
+        let far = draft.mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        if far < FARTHEST_ROUNDED * self.component.surface.mesh.diagonal() {
+            draft.mesh.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
+        }
+        self.judged_as_it_is(draft)
+    }
+
+    fn judged_as_it_is(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
         let surface = &self.component.surface;
         let certificate = self.ctx.stage(Stage::Certify, || certify(self.ctx, surface, self.index, &draft.mesh))?;
         let away = certificate.measures.hausdorff_max * surface.mesh.diagonal() / self.component.edge_length;
@@ -211,5 +225,5 @@ impl Work<'_> {
 pub(super) fn last_resort(ctx: &RunContext, component: &Component) -> Result<Finished, Cancelled> {
     let ctx = &ctx.unstopped();
     let index = &SurfaceIndex::new(&component.surface.mesh);
-    Work { ctx, component, index }.judged(split_draft(&component.surface))
+    Work { ctx, component, index }.judged_as_it_is(split_draft(&component.surface))
 }
