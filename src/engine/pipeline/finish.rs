@@ -21,6 +21,10 @@ const FAR: f64 = 1.5;
 /// Largest coordinate relative to the diagonal of a component up to which single precision is expected to hold it.
 const FARTHEST_ROUNDED: f64 = 60.0;
 
+/// Most triangles of a component whose quads are rounded and whose straight corners are mended: both may cost a huge
+/// scan more rungs than it has time for.
+const MOST_STRAIGHTENED: usize = 200_000;
+
 /// When the connectivity of a draft is improved.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Improve {
@@ -131,7 +135,8 @@ impl Work<'_> {
     /// Certified quads with fewer straight or reflex corners.
     fn straightened(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
         let Self { ctx, component, index } = *self;
-        if good.least_corner > 0.0 || good.draft.mesh.quads.len() > self.most_improved() {
+        let is_large = component.surface.mesh.n_faces() > MOST_STRAIGHTENED;
+        if good.least_corner > 0.0 || is_large || good.draft.mesh.quads.len() > self.most_improved() {
             return Ok(None);
         }
         let mended =
@@ -182,7 +187,8 @@ impl Work<'_> {
     /// the origin only files of double precision will do.
     fn judged(&self, mut draft: QuadDraft) -> Result<Finished, Cancelled> {
         let far = draft.mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-        if far < FARTHEST_ROUNDED * self.component.surface.mesh.diagonal() {
+        let mesh = &self.component.surface.mesh;
+        if far < FARTHEST_ROUNDED * mesh.diagonal() && mesh.n_faces() <= MOST_STRAIGHTENED {
             draft.mesh.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
         }
         self.judged_as_it_is(draft)

@@ -17,6 +17,9 @@ const TANGLE: f64 = 0.6;
 /// of it.
 const LARGE_TANGLE: (f64, f64) = (2.0, 0.4);
 
+/// Largest mesh in which tangles are looked for.
+const MOST_FACES_TANGLED: usize = 300_000;
+
 /// Drops, until none is left, what is sharp only from edge to edge: chains with a loose end and closed chains that are
 /// short (below `min_length`, or twice that if they are not persistently sharp) or bend less than `angle` on average
 /// when seen over half of `min_length`; anchored chains that bend less than half of `angle`; networks smaller than
@@ -27,6 +30,8 @@ pub(super) fn prune(network: &mut Network, angle: f64, min_length: f64) {
     }
     let bends = bends(network, 0.5 * min_length);
     let diagonals = component_diagonals(network.mesh);
+    // Without its tangles a huge scan gets a map that takes longer than it is worth.
+    let may_tangle = network.mesh.n_faces() <= MOST_FACES_TANGLED;
     loop {
         let before = network.n_marked();
         for chain in network.chains() {
@@ -37,7 +42,7 @@ pub(super) fn prune(network: &mut Network, angle: f64, min_length: f64) {
         for cluster in clusters(network) {
             let size = extent(network.mesh, &cluster);
             let small = size < min_length.min(0.5 * diagonals[cluster[0] / 3]);
-            let tangled = is_tangled(network, &cluster, size, min_length);
+            let tangled = may_tangle && is_tangled(network, &cluster, size, min_length);
             let noise = tangled || !is_persistent(network, &cluster, angle);
             if (small || tangled) && noise && !cluster.iter().any(|&h| network.kept[h]) {
                 unmark(network, &cluster);
