@@ -17,8 +17,10 @@ pub(super) const TOLERANCE: f64 = 0.35;
 const BOUNDARY_SLACK: f64 = 1.7;
 /// … and if it makes at most 60 degrees with the curve: the chords of a circle of three edges.
 const COSINE: f64 = 0.5;
-/// A corner is a vertex of the quads if they are this near, relative to the diagonal.
+/// A corner is a vertex of the quads if they are this near, relative to the diagonal …
 const CORNER: f64 = 1e-6;
+/// … or as near as the coordinates of a file of single precision can be, relative to the largest of them.
+const CORNER_WRITTEN: f64 = f32::EPSILON as f64;
 /// This part of a curve's samples must be covered by one connected chain.
 const COVERED: f64 = 0.95;
 /// … and no more samples in a row may be uncovered: about half a quad edge.
@@ -129,7 +131,8 @@ fn match_corners(surface: &Surface, quads: &QuadMesh, diagonal: f64) -> (Vec<(u3
     if surface.features.corners.is_empty() {
         return (Vec::new(), is_corner);
     }
-    let point = |(v, &p): (u32, &DVec3)| Segment { ends: [p, p], reach: CORNER * diagonal, name: v };
+    let near = |p: DVec3| (CORNER * diagonal).max(CORNER_WRITTEN * p.abs().max_element());
+    let point = |(v, &p): (u32, &DVec3)| Segment { ends: [p, p], reach: near(p), name: v };
     let index = SegmentIndex::new((0u32..).zip(&quads.positions).map(point).collect());
     let mut matched = Vec::new();
     for &corner in surface.features.corners.iter().filter(|&&v| (v as usize) < surface.mesh.n_vertices()) {

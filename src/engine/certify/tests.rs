@@ -75,6 +75,21 @@ fn an_exact_split_of_every_sample_is_certified() {
 }
 
 #[test]
+fn corners_far_from_the_origin_are_found_in_single_precision() {
+    let cube = surface("cube", 300);
+    let by = cube.mesh.diagonal() * dvec3(11.3, -57.1, 23.7);
+    let far = cube.mesh.positions().iter().map(|&p| p + by).collect();
+    let far = Surface { mesh: TriMesh::try_new(far, cube.mesh.faces().to_vec()).unwrap(), ..cube };
+    let mut quads = split(&far.mesh);
+    quads.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
+    assert_eq!(certificate(&far, &quads).violations, []);
+    // A thousandth of the diagonal is another place.
+    let corner = far.features.corners[0] as usize;
+    quads.positions[corner] += dvec3(1e-3, 0.0, 0.0) * far.mesh.diagonal();
+    rejects(&far, &quads, &[Check::Corner]);
+}
+
+#[test]
 fn measures_of_a_cube_of_unit_squares() {
     // The split of the 12 triangles is a cube; its exact squares are known.
     let cube = surface("cube", 12);
