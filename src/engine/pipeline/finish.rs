@@ -6,7 +6,8 @@ use crate::engine::certify::{Certificate, Check, certify};
 use crate::engine::fallback::split_draft;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::component::Component;
-use crate::engine::quad::{Bad, OptimiseOptions, QuadDraft, improve_connectivity, optimise, reach_out, repair_quads};
+use crate::engine::quad::{Bad, OptimiseOptions, QuadDraft};
+use crate::engine::quad::{improve_connectivity, optimise, pillow_quads, reach_out, repair_quads};
 use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 
 /// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
@@ -143,7 +144,14 @@ impl Work<'_> {
             ctx.stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, Bad::Reflex))?;
         let mended = mended.map(|draft| self.judged(draft)).transpose()?;
         let is_better = |m: &Finished| m.refusal.is_none() && m.away <= good.away.max(FAR);
-        Ok(mended.filter(is_better))
+        let mended = mended.filter(is_better);
+        let best = mended.as_ref().unwrap_or(good);
+        if best.least_corner > 0.0 {
+            return Ok(mended);
+        }
+        let split = ctx.stage(Stage::Optimise, || pillow_quads(ctx, &component.surface, index, &best.draft))?;
+        let split = split.map(|draft| self.judged(draft)).transpose()?.filter(is_better);
+        Ok(split.or(mended))
     }
 
     fn most_improved(&self) -> usize {

@@ -2,6 +2,7 @@
 
 mod net;
 mod operations;
+mod pillow;
 mod reach;
 mod repair;
 mod sequence;
@@ -11,6 +12,7 @@ mod valence;
 #[cfg(test)]
 mod tests;
 
+pub use pillow::pillow_quads;
 pub use reach::reach_out;
 pub use repair::{Bad, repair_quads};
 pub use sequence::improve_connectivity;

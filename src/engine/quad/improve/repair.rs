@@ -33,7 +33,7 @@ pub enum Bad {
 }
 
 /// Least scaled Jacobian of a quad that is not [`Bad::Reflex`].
-const STRAIGHT: f64 = 0.02;
+pub(super) const STRAIGHT: f64 = 0.02;
 
 /// Mends bad quads: their free vertices are evened out on the
 /// surface or off it, and where that is not enough an edge is turned or a diagonal shrunk. Everything that is not near

@@ -11,6 +11,7 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::improve_connectivity;
 use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::improve::operations::candidates;
+use crate::engine::quad::improve::pillow_quads;
 use crate::engine::quad::improve::reach_out;
 use crate::engine::quad::improve::valence::irregularity;
 use crate::engine::quad::improve::{Bad, repair_quads};
@@ -215,6 +216,44 @@ fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
     assert_eq!(kept, good.mesh.positions.iter().copied().filter(far).collect::<Vec<_>>());
     ctx.stop(StopReason::Client);
     assert!(repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver).is_err());
+}
+
+#[test]
+fn straight_corners_are_shared_by_two_quads_and_nothing_else_changes() {
+    let surface = sample_surface("sphere", 900).unwrap();
+    let index = SurfaceIndex::new(&surface.mesh);
+    let ctx = RunContext::silent();
+    let good = split(&surface);
+    assert_eq!(pillow_quads(&ctx, &surface, &index, &good).unwrap(), None);
+    let own = |d: &QuadDraft| {
+        let least = |q: &[u32; 4]| {
+            let p = q.map(|v| d.mesh.positions[v as usize]);
+            quality(&p, area_vector(&p).normalize())
+        };
+        d.mesh.quads.iter().map(least).fold(f64::INFINITY, f64::min)
+    };
+    for past in [0.0, 0.1] {
+        // The corner opposite to the triangle's own comes to lie between its neighbours, or a little past them.
+        let mut straight = good.clone();
+        let [corner, before, centre, after] = good.mesh.quads[600].map(|v| good.mesh.positions[v as usize]);
+        let between = before.midpoint(after);
+        straight.mesh.positions[good.mesh.quads[600][2] as usize] = between + past * (corner - between);
+        assert!(own(&straight) <= 1e-9 && centre != between);
+        let shared = pillow_quads(&ctx, &surface, &index, &straight).unwrap().unwrap();
+        assert!(own(&shared) > 0.05, "{past}: {}", own(&shared));
+        assert_eq!(topology(&shared.mesh), topology(&good.mesh));
+        let n = straight.mesh.positions.len();
+        assert_eq!(shared.mesh.positions[..n], straight.mesh.positions);
+        assert_eq!((shared.mesh.positions.len(), shared.anchors.len()), (n + 4, n + 4));
+        let changed = shared.mesh.quads.iter().zip(&straight.mesh.quads).filter(|(a, b)| a != b).count();
+        assert_eq!((changed, shared.mesh.quads.len()), (1, straight.mesh.quads.len() + 4));
+        ctx.check().unwrap();
+    }
+    let mut straight = good.clone();
+    straight.mesh.positions[good.mesh.quads[600][2] as usize] =
+        [1, 3].map(|k| good.mesh.positions[good.mesh.quads[600][k] as usize]).iter().sum::<DVec3>() / 2.0;
+    ctx.stop(StopReason::Client);
+    assert!(pillow_quads(&ctx, &surface, &index, &straight).is_err());
 }
 
 #[test]

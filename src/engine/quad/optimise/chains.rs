@@ -31,6 +31,8 @@ pub(crate) struct Slider {
     pub(crate) arc: f64,
     /// Towards smaller and towards larger arc parameters.
     pub(crate) limits: [Limit; 2],
+    /// Mean gap of its chain, 0 if that is not known.
+    pub(crate) gap: f64,
 }
 
 struct Chain {
@@ -115,14 +117,17 @@ fn place(
         arcs.reverse();
     }
     let n = order.len();
+    let gap = match ends {
+        Some(_) => length / (n + 1) as f64,
+        None if chain.closed && curve.is_closed() => length / n as f64,
+        None => 0.0,
+    };
     if ends.is_some() {
-        let gap = length / (n + 1) as f64;
         let all = || std::iter::once(0.0).chain(arcs.iter().copied()).chain(std::iter::once(length));
         if all().zip(all().skip(1)).any(|(a, b)| b - a < CROWDED * gap) {
             arcs = (1..=n).map(|i| gap * i as f64).collect();
         }
     } else if chain.closed && curve.is_closed() && n >= 3 {
-        let gap = length / n as f64;
         let steps: Vec<f64> = (0..n).map(|i| (arcs[(i + 1) % n] - arcs[i]).rem_euclid(length)).collect();
         let once = (steps.iter().sum::<f64>() / length).round() == 1.0;
         if !once || steps.iter().any(|&s| s < CROWDED * gap) {
@@ -137,7 +142,7 @@ fn place(
     };
     for i in 0..n {
         let limits = [limit(i.checked_sub(1), 0.0), limit(Some(i + 1), length)];
-        sliders.push(Slider { vertex: order[i], curve: number, arc: arcs[i], limits });
+        sliders.push(Slider { vertex: order[i], curve: number, arc: arcs[i], limits, gap });
     }
 }
 

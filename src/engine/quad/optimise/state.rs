@@ -18,6 +18,8 @@ use crate::engine::quad::optimise::sheet::Sheet;
 
 /// A vertex keeps this share of the gap to its neighbour on a curve.
 const KEEP_OFF: f64 = 0.15;
+/// … and this share of the mean gap of its chain: many small steps would otherwise bring it there.
+const CLOSEST: f64 = 0.2;
 
 /// Where a vertex is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -169,7 +171,11 @@ impl<'a> State<'a> {
             }
             Place::Curve(slider, arc) => {
                 let curve = &self.curves[self.sliders[slider as usize].curve as usize];
-                let [below, above] = [0, 1].map(|side| (1.0 - KEEP_OFF) * self.room(slider, arc, side));
+                let least = CLOSEST * self.sliders[slider as usize].gap;
+                let [below, above] = [0, 1].map(|side| {
+                    let room = self.room(slider, arc, side);
+                    (room - least.max(KEEP_OFF * room)).max(0.0)
+                });
                 let arc = curve.wrap(curve.nearest_between(p, arc - below, arc + above));
                 (Place::Curve(slider, arc), curve.at(arc))
             }
