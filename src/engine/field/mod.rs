@@ -5,6 +5,7 @@ mod cleanup;
 mod cross_field;
 mod curvature;
 mod frames;
+mod sizing;
 mod smooth;
 mod turning;
 
@@ -12,4 +13,5 @@ pub use branch::{BranchOptions, BranchSearch, curl_energy};
 pub use cross_field::{CrossField, FieldError};
 pub use curvature::{Guidance, curvature_guidance};
 pub use frames::Frames;
+pub use sizing::{MAX_GRADIENT, colour_size, curvature_sizes, graded_sizes, quads_of};
 pub use smooth::{FieldOptions, smooth_cross_field};

@@ -302,11 +302,10 @@ fn by_map(
     smoothing: f64,
     branch_points: Option<BranchOptions>,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
-    let edge_length = component.edge_length;
-    let working =
-        ctx.stage(Stage::Refine, || working_surface(ctx, &component.surface, index, edge_length, spec.working_mesh))?;
+    let working = ctx.stage(Stage::Refine, || working_surface(ctx, component, index, spec.working_mesh))?;
     let options = QuadCoverOptions {
-        edge_length,
+        edge_length: component.edge_length,
+        log_size: working.log_size.clone(),
         quads: spec.adapt_count.then_some(component.quads),
         smoothing,
         guided: spec.align == Align::Curvature,

@@ -9,6 +9,7 @@ mod outcome;
 mod remesh;
 mod report;
 mod road;
+mod sizing;
 mod spec;
 mod working;
 

@@ -30,6 +30,8 @@ use crate::engine::run::Stage;
 pub struct QuadCoverOptions {
     /// Length of a quad edge in model units.
     pub edge_length: f64,
+    /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
+    pub log_size: Vec<f64>,
     /// Number of quads wanted on this component; `None` keeps the edge length.
     pub quads: Option<f64>,
     /// 0 follows curvature, 1 is as smooth as possible.
@@ -104,7 +106,7 @@ pub fn quad_cover(
     options: &QuadCoverOptions,
 ) -> Result<QuadCoverMap, QuadCoverError> {
     let mesh = &working.mesh;
-    let frames = Frames::new(mesh);
+    let frames = if options.log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, &options.log_size) };
     let flags = working.features.halfedge_flags(mesh);
     let (field, branch_search) = ctx.stage(Stage::Field, || -> Result<_, QuadCoverError> {
         let guidance = options.guided.then(|| curvature_guidance(mesh, &frames, &flags, 0.7 * options.edge_length));

@@ -30,6 +30,9 @@ pub struct OptimiseOptions {
     /// Target edge length h in model units. Quads near it are drawn to it; where the draft's are much larger or
     /// smaller, they keep their size.
     pub edge_length: f64,
+    /// Per vertex of the surface the logarithm of the local size relative to the target; empty if it is the same
+    /// everywhere.
+    pub log_size: Vec<f64>,
 }
 
 /// Moves the vertices of a draft over the surface until its quads are valid and then good; quads and anchors stay.
@@ -56,7 +59,7 @@ pub fn optimise(
     let sheet = Sheet::new(surface, target.min(mean));
     let mut state = State::new(&sheet, index, &draft, trace_curves(surface), 0.5 * mean);
     ctx.check()?;
-    let sizes = wanted_sizes(&state, target);
+    let sizes = wanted_sizes(&state, target, &options.log_size);
     untangle(ctx, &mut state, &sizes)?;
     lift_worst(ctx, &mut state, 0.05, 24)?;
     relax(ctx, &mut state, &sizes, options.iterations)?;
@@ -90,9 +93,11 @@ pub(crate) fn is_sound(surface: &Surface, draft: &QuadDraft) -> bool {
 
 /// Edge length that every quad should have: the target where the draft is near it, its own where it is not, smoothed,
 /// and scaled such that squares of these sizes have the area of the quads.
-fn wanted_sizes(state: &State<'_>, target: f64) -> Vec<f64> {
+fn wanted_sizes(state: &State<'_>, target: f64, log_size: &[f64]) -> Vec<f64> {
+    let targets: Vec<f64> = (0..state.quads.len()).map(|q| target * state.local_size(q, log_size)).collect();
     let areas: Vec<f64> = (0..state.quads.len()).map(|q| 0.5 * area_vector(&state.corners(q)).length()).collect();
-    let mut logs: Vec<f64> = areas.iter().map(|a| (a.max(0.0).sqrt() / target).ln().clamp(-2.5, 2.5)).collect();
+    let mut logs: Vec<f64> =
+        areas.iter().zip(&targets).map(|(a, target)| (a.max(0.0).sqrt() / target).ln().clamp(-2.5, 2.5)).collect();
     for _ in 0..SIZE_ROUNDS {
         let mean = |v: usize| {
             let corners = state.incidence.corners_of(v as u32);
@@ -102,7 +107,7 @@ fn wanted_sizes(state: &State<'_>, target: f64) -> Vec<f64> {
         logs = state.quads.iter().map(|q| 0.25 * q.iter().map(|&v| at_vertices[v as usize]).sum::<f64>()).collect();
     }
     let keep = |log: f64| log * (0.3 + log.abs()).min(1.0);
-    let mut sizes: Vec<f64> = logs.into_iter().map(|log| target * keep(log).exp()).collect();
+    let mut sizes: Vec<f64> = logs.into_iter().zip(&targets).map(|(log, target)| target * keep(log).exp()).collect();
     let wanted: f64 = sizes.iter().map(|s| s * s).sum();
     let scale = (areas.iter().sum::<f64>() / wanted).sqrt();
     if scale > 0.0 && scale.is_finite() {
