@@ -10,6 +10,7 @@ use crate::engine::field::cleanup::{cancel_pairs, mend_sectors};
 use crate::engine::field::cross_field::{CrossField, FieldError};
 use crate::engine::field::curvature::Guidance;
 use crate::engine::field::frames::Frames;
+use crate::engine::field::strokes::StrokeGuidance;
 use crate::engine::field::turning::{Turning, edge_weight};
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::Cholesky;
@@ -26,6 +27,8 @@ pub struct FieldOptions {
     pub smoothing: f64,
     /// Whether and how branch points are moved to where the field can be integrated best.
     pub branch_points: Option<BranchOptions>,
+    /// Lines to follow.
+    pub strokes: Option<StrokeGuidance>,
 }
 
 /// Normalised solves after the first, each with half the time step of the last.
@@ -34,6 +37,9 @@ const NORMALISED_SOLVES: usize = 3;
 /// Singularities of opposite index nearer than this many quad edges are cancelled: the grid cannot hold them apart
 /// without bending far around.
 const PAIR_DISTANCE: f64 = 1.5;
+
+/// Pull of a stroke on its faces: more than their neighbours', whose three edges weigh about ten.
+const STROKE: f64 = 100.0;
 
 /// Smooths a cross field; then its branch points are searched for, if that is asked for. `is_feature` is a flag per halfedge (features and boundary).
 ///
@@ -48,7 +54,8 @@ pub fn smooth_cross_field(
     options: &FieldOptions,
 ) -> Result<(CrossField, BranchSearch), FieldError> {
     let fixed = fixed_crosses(mesh, frames, is_feature);
-    let (alignment, target) = alignment(mesh, frames, guidance, options);
+    let (mut alignment, mut target) = alignment(mesh, frames, guidance, options);
+    follow_strokes(options.strokes.as_ref(), &mut alignment, &mut target);
     let mut system = System::new(mesh, frames, &fixed);
     let pull: f64 = alignment.iter().sum();
     let stiffness: f64 = system.diagonal.iter().sum();
@@ -118,6 +125,17 @@ fn alignment(
         })
         .collect();
     (weight, guidance.angle.iter().map(|a| unit(4.0 * a)).collect())
+}
+
+/// Makes the field follow strokes: their faces are all but fixed.
+fn follow_strokes(strokes: Option<&StrokeGuidance>, alignment: &mut [f64], target: &mut [c64]) {
+    let Some(strokes) = strokes else { return };
+    for ((alignment, target), &cross) in alignment.iter_mut().zip(target).zip(&strokes.cross) {
+        let norm = cross.re.hypot(cross.im);
+        if norm > 0.0 {
+            (*alignment, *target) = (STROKE, cross * (1.0 / norm));
+        }
+    }
 }
 
 fn unit(angle: f64) -> c64 {

@@ -1,5 +1,7 @@
 //! Connected components apart, each with its share of the quads.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::engine::field::quads_of;
@@ -20,6 +22,8 @@ pub(super) struct Component {
     pub(super) quads: f64,
     /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
     pub(super) log_size: Vec<f64>,
+    /// Lines to follow, of the whole model.
+    pub(super) strokes: Arc<[Vec<DVec3>]>,
 }
 
 /// Feature curves shorter than this many quad edges are given up as a whole.
@@ -96,7 +100,7 @@ impl Component {
         };
         let corners = (0..mesh.n_vertices() as u32).filter(|&v| is_corner(v)).collect();
         let surface = Surface { mesh: mesh.clone(), features: Features { edges, corners } };
-        Self { surface, vertices: self.vertices.clone(), log_size: self.log_size.clone(), ..*self }
+        Self { surface, ..self.clone() }
     }
 }
 
@@ -138,7 +142,8 @@ const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
 /// Splits a surface; components in order of their first faces. `log_size` are sizes relative to the edge length per
 /// vertex, empty if all quads are to be alike.
-pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64]) -> Vec<Component> {
+pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64], strokes: &[Vec<DVec3>]) -> Vec<Component> {
+    let strokes: Arc<[Vec<DVec3>]> = strokes.into();
     let component = |part: SurfacePart| {
         let area = part.surface.mesh.total_area();
         let topology = part.surface.mesh.topology();
@@ -156,6 +161,7 @@ pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64]) -> Ve
             edge_length,
             quads: area / (edge_length * edge_length),
             log_size,
+            strokes: strokes.clone(),
         }
     };
     surface.parts().into_iter().map(component).collect()
@@ -171,7 +177,7 @@ mod tests {
         let surface = sample_surface("cube", 1200).unwrap();
         let corner = surface.mesh.position(surface.features.corners[0]);
         let side = (surface.mesh.total_area() / 6.0).sqrt();
-        let component = split(&surface, side / edges_per_side, &[]).remove(0);
+        let component = split(&surface, side / edges_per_side, &[], &[]).remove(0);
         (component, corner, side)
     }
 

@@ -156,6 +156,7 @@ impl Work<'_> {
             edge_length: component.edge_length,
             iterations: OPTIMISE_ITERATIONS,
             log_size: component.log_size.clone(),
+            strokes: component.strokes.to_vec(),
         };
         ctx.stage(Stage::Optimise, || {
             let draft = if improve { improve_connectivity(ctx, &component.surface, index, draft)? } else { draft };

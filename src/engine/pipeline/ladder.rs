@@ -310,6 +310,7 @@ fn by_map(
         smoothing,
         guided: spec.align == Align::Curvature,
         branch_points,
+        strokes: component.strokes.to_vec(),
     };
     let map = quad_cover(ctx, &working.surface, &options).map_err(|e| match e {
         QuadCoverError::Cancelled(c) => Failure::Cancelled(c),

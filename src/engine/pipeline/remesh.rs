@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::engine::certify::certify;
+use crate::engine::field::strokes_off_surface;
 use crate::engine::mesh::Conditioned;
 use crate::engine::mesh::Features;
 use crate::engine::mesh::Surface;
@@ -63,7 +64,10 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let log_size = ctx.stage(Stage::Features, || {
         sizes(ctx, &surface, &origin, soup, spec, edge_length, &mut warnings).map_err(RemeshError::from)
     })?;
-    let components = split(&surface, edge_length, &log_size);
+    for stroke in strokes_off_surface(&surface.mesh, &spec.strokes, edge_length) {
+        warnings.push(format!("strokes/{stroke}: no part of the surface is near this stroke"));
+    }
+    let components = split(&surface, edge_length, &log_size, &spec.strokes);
     let solved = solve(ctx, &components, spec)?;
     // Where the deadline passed and every component has quads nevertheless, they are delivered.
     let late = matches!(ctx.stopped(), Some(StopReason::Deadline)).then(|| ctx.unstopped());
