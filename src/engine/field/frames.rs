@@ -156,3 +156,47 @@ fn scaled_sides(mesh: &TriMesh, frames: &Frames, f: usize, log_size: &[f64]) -> 
     let scale = (-(log[0] + log[1] + log[2]) / 3.0).exp();
     own.map(|e| e * scale)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mesh::prev;
+    use crate::engine::mesh::shapes::sample_surface;
+    use std::f64::consts::TAU;
+
+    /// 2π less the angles around an interior vertex.
+    fn defect(mesh: &TriMesh, frames: &Frames, v: u32) -> f64 {
+        let corner = |h: usize| PI - (frames.angle[h] - frames.angle[prev(h)]).rem_euclid(TAU);
+        TAU - mesh.fan(v).map(corner).sum::<f64>()
+    }
+
+    #[test]
+    fn one_size_for_all_only_scales() {
+        let mesh = sample_surface("genus2", 2000).unwrap().mesh;
+        let (plain, scaled) = (Frames::new(&mesh), Frames::scaled(&mesh, &vec![2f64.ln(); mesh.n_vertices()]));
+        assert!((4.0 * scaled.total_area(&mesh) / mesh.total_area() - 1.0).abs() < 1e-12);
+        for h in 0..mesh.n_halfedges() {
+            assert!((plain.angle[h] - scaled.angle[h]).abs() < 1e-9);
+            assert!((2.0 * scaled.edge(&mesh, h)).distance(plain.edge(&mesh, h)) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn curvature_comes_where_the_sizes_are_not_harmonic() {
+        // K' dA' = K dA + Δ(log size) dA, on a half cylinder, which is flat.
+        let mesh = sample_surface("half_pipe", 6000).unwrap().mesh;
+        let curved = |size: &dyn Fn(f64) -> f64| {
+            let log_size: Vec<f64> = mesh.positions().iter().map(|p| size(p.y)).collect();
+            let frames = Frames::scaled(&mesh, &log_size);
+            let inner = (0..mesh.n_vertices() as u32).filter(|&v| !mesh.is_boundary_vertex(v));
+            let (mut sum, mut area) = (0.0, 0.0);
+            for v in inner {
+                sum += defect(&mesh, &frames, v);
+                area += mesh.fan(v).map(|h| mesh.area(h / 3)).sum::<f64>() / 3.0;
+            }
+            sum / area
+        };
+        assert!(curved(&|y| 0.2 * y).abs() < 2e-3, "{}", curved(&|y| 0.2 * y));
+        assert!((curved(&|y| 0.1 * y * y) / 0.2 - 1.0).abs() < 0.02, "{}", curved(&|y| 0.1 * y * y));
+    }
+}

@@ -17,7 +17,7 @@ use crate::engine::run::RunContext;
 /// Largest gradient of the edge length: from one quad to the next it grows by about this share.
 pub const MAX_GRADIENT: f64 = 0.3;
 /// Wanted edge lengths are from 1 / this to this times the edge length for all.
-pub const MAX_FACTOR: f64 = 4.0;
+const MAX_FACTOR: f64 = 4.0;
 
 /// Radius, in quad edges, over which curvature is averaged: detail of half a quad may ask for smaller quads.
 const CURVATURE_RADIUS: f64 = 0.35;

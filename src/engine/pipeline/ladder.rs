@@ -200,6 +200,9 @@ fn climb(
                     climb.whole.surface.features.edges.len()
                 ));
             }
+            if map.is_none() && !(component.log_size.is_empty() && component.strokes.is_empty()) {
+                warnings.push("quads of this level are even in size and follow no strokes".to_owned());
+            }
             if matches!(rung, Rung::Finer(..)) {
                 warnings.push(format!(
                     "density_floor: {} quads instead of {:.0}: the detail is below the size asked for",

@@ -11,6 +11,8 @@ mod report;
 mod road;
 mod sizing;
 mod spec;
+#[cfg(test)]
+mod tests;
 mod working;
 
 pub use crate::engine::certify::QuadReport;

@@ -94,7 +94,7 @@ impl From<MapError> for QuadCoverError {
 }
 
 /// Weight in the map of faces beneath strokes: it follows the field there, whatever that costs its surroundings.
-const STROKE_WEIGHT: f64 = 30.0;
+const STROKE_WEIGHT: f64 = 100.0;
 
 /// How far the count may be from the one asked for before the scale is tried again.
 const COUNT_TOLERANCE: f64 = 0.02;

@@ -17,7 +17,7 @@ const STAY: f64 = 0.05;
 /// The same for vertices on curves, which can follow only along one direction.
 const STAY_ON_CURVE: f64 = 0.3;
 /// Weight of quads that are turned along a stroke.
-const GUIDED_WEIGHT: f64 = 5.0;
+const GUIDED_WEIGHT: f64 = 20.0;
 /// How far a rectangle goes towards the wanted square in one round, as exponent.
 const SQUARE: f64 = 0.5;
 /// A quad may get worse down to this, for the sake of its neighbours, but not further.
