@@ -79,13 +79,19 @@ fn corner_angle(frames: &Frames, h: usize) -> f64 {
     PI - (frames.angle[h] - frames.angle[prev(h)]).rem_euclid(TAU)
 }
 
-/// Cancels pairs of singularities of opposite index nearer than `max_distance` (model units) by shifting the matchings
+/// Cancels pairs of singularities of opposite index nearer than `max_distance` (in the frames' metric) by shifting the matchings
 /// along the edges between them, nearest pairs first. Paths do not touch feature edges. Returns the number of pairs.
-pub(super) fn cancel_pairs(mesh: &TriMesh, field: &mut CrossField, is_feature: &[bool], max_distance: f64) -> usize {
+pub(super) fn cancel_pairs(
+    mesh: &TriMesh,
+    frames: &Frames,
+    field: &mut CrossField,
+    is_feature: &[bool],
+    max_distance: f64,
+) -> usize {
     let on_feature = on_features(mesh, is_feature);
     let mut pairs: Vec<(u64, Vec<usize>)> = Vec::new();
     for s in field.singularities().iter().filter(|s| s.quarters > 0 && !on_feature[s.vertex as usize]) {
-        pairs.extend(paths_to_opposites(mesh, field, &on_feature, s.vertex, max_distance));
+        pairs.extend(paths_to_opposites(mesh, frames, field, &on_feature, s.vertex, max_distance));
     }
     pairs.sort_unstable();
     let mut cancelled = 0;
@@ -111,6 +117,7 @@ pub(super) fn cancel_pairs(mesh: &TriMesh, field: &mut CrossField, is_feature: &
 /// Shortest paths from `start` to singularities of negative index, as chains of halfedges, with their lengths' bits.
 fn paths_to_opposites(
     mesh: &TriMesh,
+    frames: &Frames,
     field: &CrossField,
     blocked: &[bool],
     start: u32,
@@ -141,7 +148,7 @@ fn paths_to_opposites(
             if blocked[w as usize] || mesh.is_boundary_vertex(w) {
                 continue;
             }
-            let longer = d + mesh.position(v).distance(mesh.position(w));
+            let longer = d + frames.length(mesh, h);
             if longer > max_distance {
                 continue;
             }

@@ -18,16 +18,10 @@ pub struct Guidance {
     pub anisotropy: Vec<f64>,
 }
 
-/// Principal directions averaged over a radius of about `radius` (model units). Feature edges (`is_feature` per
+/// Principal directions averaged over a radius of about `radius` (in the frames' metric). Feature edges (`is_feature` per
 /// halfedge) do not contribute: a crease is a constraint, not curvature. O(F · (radius / edge length)²).
 pub fn curvature_guidance(mesh: &TriMesh, frames: &Frames, is_feature: &[bool], radius: f64) -> Guidance {
-    let (mut tensor, mut area) = vertex_tensors(mesh, is_feature);
-    let edge = mean_edge_length(mesh);
-    // Each averaging step over neighbours widens the kernel by about 0.7 edges (root mean square).
-    let steps = ((radius / edge).powi(2) * 2.0).ceil().clamp(1.0, 40.0) as usize;
-    for _ in 0..steps {
-        (tensor, area) = average(mesh, &tensor, &area);
-    }
+    let (tensor, area) = averaged_tensors(mesh, is_feature, radius / mean_edge_length(mesh, frames));
     let (mut angle, mut anisotropy) = (vec![0.0; mesh.n_faces()], vec![0.0; mesh.n_faces()]);
     for f in 0..mesh.n_faces() {
         let face = mesh.face(f);
@@ -43,6 +37,34 @@ pub fn curvature_guidance(mesh: &TriMesh, frames: &Frames, is_feature: &[bool], 
         anisotropy[f] = spread.length();
     }
     Guidance { angle, anisotropy }
+}
+
+/// Per vertex the larger absolute principal curvature, averaged over a radius of about `radius` (model units).
+pub(super) fn largest_curvature(mesh: &TriMesh, is_feature: &[bool], radius: f64) -> Vec<f64> {
+    let lengths =
+        (0..mesh.n_halfedges()).map(|h| mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h))));
+    let edge = lengths.sum::<f64>() / mesh.n_halfedges().max(1) as f64;
+    let (tensor, area) = averaged_tensors(mesh, is_feature, radius / edge);
+    let curvature = |v: usize| {
+        let normal: DVec3 = mesh.fan(v as u32).map(|h| mesh.area_vector(h / 3)).sum();
+        let (x, y) = normal.try_normalize()?.any_orthonormal_pair();
+        let sum = tensor[v] * (1.0 / area[v]);
+        let (a, b, c) = (x.dot(sum * x), x.dot(sum * y), y.dot(sum * y));
+        let largest = 0.5 * ((a + c).abs() + DVec2::new(a - c, 2.0 * b).length());
+        largest.is_finite().then_some(largest)
+    };
+    (0..mesh.n_vertices()).map(|v| curvature(v).unwrap_or(0.0)).collect()
+}
+
+/// Curvature tensors at the vertices with their areas, averaged over a radius of so many edges.
+fn averaged_tensors(mesh: &TriMesh, is_feature: &[bool], radius: f64) -> (Vec<DMat3>, Vec<f64>) {
+    let (mut tensor, mut area) = vertex_tensors(mesh, is_feature);
+    // Each averaging step over neighbours widens the kernel by about 0.7 edges (root mean square).
+    let steps = (radius.powi(2) * 2.0).ceil().clamp(1.0, 40.0) as usize;
+    for _ in 0..steps {
+        (tensor, area) = average(mesh, &tensor, &area);
+    }
+    (tensor, area)
 }
 
 fn vertex_tensors(mesh: &TriMesh, is_feature: &[bool]) -> (Vec<DMat3>, Vec<f64>) {
@@ -90,11 +112,11 @@ fn outer(e: DVec3) -> DMat3 {
     DMat3::from_cols(e * e.x, e * e.y, e * e.z)
 }
 
-/// Mean edge length in model units.
-pub(super) fn mean_edge_length(mesh: &TriMesh) -> f64 {
+/// Mean edge length in the frames' metric.
+fn mean_edge_length(mesh: &TriMesh, frames: &Frames) -> f64 {
     let mut sum = 0.0;
     for h in 0..mesh.n_halfedges() {
-        sum += mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h)));
+        sum += frames.length(mesh, h);
     }
     sum / mesh.n_halfedges().max(1) as f64
 }

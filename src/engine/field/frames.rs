@@ -1,4 +1,8 @@
-//! An orthonormal frame per face and the angles between the frames of neighbours.
+//! An orthonormal frame per face, the angles between the frames of neighbours, and lengths as the field measures them.
+//!
+//! Where quads are to vary in size, the field and the map live in the metric in which all of them are equal: lengths
+//! are divided by the local size, per edge by the geometric mean of its ends' sizes [springborn_2008]. Such a metric is
+//! given by edge lengths alone, and its curvature puts the branch points where the grading needs them.
 
 use std::f64::consts::PI;
 
@@ -14,7 +18,21 @@ pub struct Frames {
     pub y: Vec<DVec3>,
     /// Angle of each halfedge in the frame of its face, radians.
     pub angle: Vec<f64>,
+    /// The metric, if it is not that of the mesh.
+    scaled: Option<Scaled>,
 }
+
+/// A metric other than that of the mesh.
+#[derive(Clone, Debug)]
+struct Scaled {
+    /// Per halfedge its vector in the frame of its face.
+    edge: Vec<DVec2>,
+    /// Per vertex the length that is one unit here.
+    size: Vec<f64>,
+}
+
+/// A scaled triangle keeps at least this share of its shape (area over squared sides), or it is scaled as a whole.
+const LEAST_SHAPE: f64 = 0.4;
 
 impl Frames {
     /// Frames of all faces. Faces need not have area: a face without a normal gets an arbitrary frame.
@@ -33,7 +51,23 @@ impl Frames {
                 angle.push(e.dot(second).atan2(e.dot(first)));
             }
         }
-        Self { x, y, angle }
+        Self { x, y, angle, scaled: None }
+    }
+
+    /// Frames in the metric in which quads of varying size are equal. `log_size` is the logarithm of the wanted size
+    /// per vertex, relative to that of the whole.
+    pub fn scaled(mesh: &TriMesh, log_size: &[f64]) -> Self {
+        let mut frames = Self::new(mesh);
+        let mut edge = Vec::with_capacity(mesh.n_halfedges());
+        for f in 0..mesh.n_faces() {
+            let sides = scaled_sides(mesh, &frames, f, log_size);
+            for (k, side) in sides.iter().enumerate() {
+                frames.angle[3 * f + k] = if k == 0 { 0.0 } else { side.y.atan2(side.x) };
+            }
+            edge.extend(sides);
+        }
+        frames.scaled = Some(Scaled { edge, size: log_size.iter().map(|l| l.exp()).collect() });
+        frames
     }
 
     /// Coordinates of a vector in the frame of face `f`.
@@ -46,9 +80,123 @@ impl Frames {
         self.x[f] * coordinates.x + self.y[f] * coordinates.y
     }
 
+    /// Halfedge `h` in the frame of its face, as long as the metric has it.
+    pub fn edge(&self, mesh: &TriMesh, h: usize) -> DVec2 {
+        match &self.scaled {
+            Some(scaled) => scaled.edge[h],
+            None => self.coordinates(h / 3, mesh.position(mesh.target(h)) - mesh.position(mesh.origin(h))),
+        }
+    }
+
+    /// Length of halfedge `h` in the metric.
+    pub fn length(&self, mesh: &TriMesh, h: usize) -> f64 {
+        match &self.scaled {
+            Some(scaled) => scaled.edge[h].length(),
+            None => mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h))),
+        }
+    }
+
+    /// Area of face `f` in the metric.
+    pub fn area(&self, mesh: &TriMesh, f: usize) -> f64 {
+        match &self.scaled {
+            Some(scaled) => 0.5 * scaled.edge[3 * f].perp_dot(scaled.edge[3 * f + 1]),
+            None => mesh.area(f),
+        }
+    }
+
+    /// Area of all faces in the metric.
+    pub fn total_area(&self, mesh: &TriMesh) -> f64 {
+        match &self.scaled {
+            Some(_) => (0..mesh.n_faces()).map(|f| self.area(mesh, f)).sum(),
+            None => mesh.total_area(),
+        }
+    }
+
+    /// Scalar products of the sides of face `f` in the metric, for the pairs (0, 0), (1, 1), (2, 2), (0, 1), (1, 2),
+    /// (2, 0).
+    pub fn side_products(&self, mesh: &TriMesh, f: usize) -> [f64; 6] {
+        const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
+        match &self.scaled {
+            Some(scaled) => PAIRS.map(|(i, j)| scaled.edge[3 * f + i].dot(scaled.edge[3 * f + j])),
+            None => {
+                let [a, b, c] = mesh.triangle(f);
+                let e = [b - a, c - b, a - c];
+                PAIRS.map(|(i, j)| e[i].dot(e[j]))
+            }
+        }
+    }
+
+    /// Model units per unit of the metric at vertex `v`.
+    pub fn size(&self, v: u32) -> f64 {
+        self.scaled.as_ref().map_or(1.0, |scaled| scaled.size[v as usize])
+    }
+
     /// The angle to add to a direction's angle when it is transported across `h` to the frame of the twin's face; 0 on
     /// the boundary.
     pub fn transport(&self, mesh: &TriMesh, h: usize) -> f64 {
         mesh.twin(h).map_or(0.0, |t| self.angle[t] + PI - self.angle[h])
+    }
+}
+
+/// The sides of face `f` in the scaled metric, the first along the first axis.
+fn scaled_sides(mesh: &TriMesh, frames: &Frames, f: usize, log_size: &[f64]) -> [DVec2; 3] {
+    let own = [0, 1, 2].map(|k| frames.edge(mesh, 3 * f + k));
+    let log = mesh.face(f).map(|v| log_size[v as usize]);
+    let length = [0, 1, 2].map(|k| own[k].length() * (-0.5 * (log[k] + log[(k + 1) % 3])).exp());
+    // The third side by the law of cosines.
+    let [a, b, c] = length;
+    let along = (a * a + c * c - b * b) / (2.0 * a);
+    let up = (c * c - along * along).max(0.0).sqrt();
+    let sides = [DVec2::new(a, 0.0), DVec2::new(along - a, up), DVec2::new(-along, -up)];
+    let shape = |s: &[DVec2; 3]| s[0].perp_dot(s[1]) / s.iter().map(|e| e.length_squared()).sum::<f64>();
+    if shape(&sides) >= LEAST_SHAPE * shape(&own) {
+        return sides;
+    }
+    // Thin triangles may have no such lengths, or hardly.
+    let scale = (-(log[0] + log[1] + log[2]) / 3.0).exp();
+    own.map(|e| e * scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mesh::prev;
+    use crate::engine::mesh::shapes::sample_surface;
+    use std::f64::consts::TAU;
+
+    /// 2π less the angles around an interior vertex.
+    fn defect(mesh: &TriMesh, frames: &Frames, v: u32) -> f64 {
+        let corner = |h: usize| PI - (frames.angle[h] - frames.angle[prev(h)]).rem_euclid(TAU);
+        TAU - mesh.fan(v).map(corner).sum::<f64>()
+    }
+
+    #[test]
+    fn one_size_for_all_only_scales() {
+        let mesh = sample_surface("genus2", 2000).unwrap().mesh;
+        let (plain, scaled) = (Frames::new(&mesh), Frames::scaled(&mesh, &vec![2f64.ln(); mesh.n_vertices()]));
+        assert!((4.0 * scaled.total_area(&mesh) / mesh.total_area() - 1.0).abs() < 1e-12);
+        for h in 0..mesh.n_halfedges() {
+            assert!((plain.angle[h] - scaled.angle[h]).abs() < 1e-9);
+            assert!((2.0 * scaled.edge(&mesh, h)).distance(plain.edge(&mesh, h)) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn curvature_comes_where_the_sizes_are_not_harmonic() {
+        // K' dA' = K dA + Δ(log size) dA, on a half cylinder, which is flat.
+        let mesh = sample_surface("half_pipe", 6000).unwrap().mesh;
+        let curved = |size: &dyn Fn(f64) -> f64| {
+            let log_size: Vec<f64> = mesh.positions().iter().map(|p| size(p.y)).collect();
+            let frames = Frames::scaled(&mesh, &log_size);
+            let inner = (0..mesh.n_vertices() as u32).filter(|&v| !mesh.is_boundary_vertex(v));
+            let (mut sum, mut area) = (0.0, 0.0);
+            for v in inner {
+                sum += defect(&mesh, &frames, v);
+                area += mesh.fan(v).map(|h| mesh.area(h / 3)).sum::<f64>() / 3.0;
+            }
+            sum / area
+        };
+        assert!(curved(&|y| 0.2 * y).abs() < 2e-3, "{}", curved(&|y| 0.2 * y));
+        assert!((curved(&|y| 0.1 * y * y) / 0.2 - 1.0).abs() < 0.02, "{}", curved(&|y| 0.1 * y * y));
     }
 }

@@ -5,11 +5,15 @@ mod cleanup;
 mod cross_field;
 mod curvature;
 mod frames;
+mod sizing;
 mod smooth;
+mod strokes;
 mod turning;
 
 pub use branch::{BranchOptions, BranchSearch, curl_energy};
 pub use cross_field::{CrossField, FieldError};
 pub use curvature::{Guidance, curvature_guidance};
 pub use frames::Frames;
+pub use sizing::{MAX_GRADIENT, colour_size, curvature_sizes, graded_sizes, quads_of};
 pub use smooth::{FieldOptions, smooth_cross_field};
+pub use strokes::{StrokeGuidance, stroke_guidance, strokes_off_surface};

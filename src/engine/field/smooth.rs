@@ -10,6 +10,7 @@ use crate::engine::field::cleanup::{cancel_pairs, mend_sectors};
 use crate::engine::field::cross_field::{CrossField, FieldError};
 use crate::engine::field::curvature::Guidance;
 use crate::engine::field::frames::Frames;
+use crate::engine::field::strokes::StrokeGuidance;
 use crate::engine::field::turning::{Turning, edge_weight};
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::Cholesky;
@@ -26,6 +27,8 @@ pub struct FieldOptions {
     pub smoothing: f64,
     /// Whether and how branch points are moved to where the field can be integrated best.
     pub branch_points: Option<BranchOptions>,
+    /// Lines to follow.
+    pub strokes: Option<StrokeGuidance>,
 }
 
 /// Normalised solves after the first, each with half the time step of the last.
@@ -34,6 +37,9 @@ const NORMALISED_SOLVES: usize = 3;
 /// Singularities of opposite index nearer than this many quad edges are cancelled: the grid cannot hold them apart
 /// without bending far around.
 const PAIR_DISTANCE: f64 = 1.5;
+
+/// Pull of a stroke on its faces: more than their neighbours', whose three edges weigh about ten.
+const STROKE: f64 = 100.0;
 
 /// Smooths a cross field; then its branch points are searched for, if that is asked for. `is_feature` is a flag per halfedge (features and boundary).
 ///
@@ -48,7 +54,8 @@ pub fn smooth_cross_field(
     options: &FieldOptions,
 ) -> Result<(CrossField, BranchSearch), FieldError> {
     let fixed = fixed_crosses(mesh, frames, is_feature);
-    let (alignment, target) = alignment(mesh, guidance, options);
+    let (mut alignment, mut target) = alignment(mesh, frames, guidance, options);
+    follow_strokes(options.strokes.as_ref(), &mut alignment, &mut target);
     let mut system = System::new(mesh, frames, &fixed);
     let pull: f64 = alignment.iter().sum();
     let stiffness: f64 = system.diagonal.iter().sum();
@@ -60,7 +67,7 @@ pub fn smooth_cross_field(
         smallest_eigenvector(ctx, mesh, &mut system)?
     };
     normalise(&mut c);
-    let mass: Vec<f64> = (0..mesh.n_faces()).map(|f| mesh.area(f)).collect();
+    let mass: Vec<f64> = (0..mesh.n_faces()).map(|f| frames.area(mesh, f)).collect();
     let mut step = options.edge_length.powi(2);
     for _ in 0..NORMALISED_SOLVES {
         ctx.check()?;
@@ -74,11 +81,11 @@ pub fn smooth_cross_field(
     let mut field = CrossField::from_angles(mesh, frames, angle);
     let mended = mend_sectors(mesh, frames, &mut field, is_feature);
     field.update_indices(mesh, frames);
-    let cancelled = cancel_pairs(mesh, &mut field, is_feature, PAIR_DISTANCE * options.edge_length);
+    let cancelled = cancel_pairs(mesh, frames, &mut field, is_feature, PAIR_DISTANCE * options.edge_length);
     let mut found = BranchSearch::default();
     if cancelled + mended > 0 || options.branch_points.is_some() {
         let is_fixed: Vec<bool> = fixed.iter().map(Option::is_some).collect();
-        let turning = Turning::new(mesh, &is_fixed, &alignment)?;
+        let turning = Turning::new(mesh, frames, &is_fixed, &alignment)?;
         let rest = field.angle.clone();
         turning.relax(mesh, frames, &mut field, &rest);
         if let Some(branch_points) = &options.branch_points {
@@ -98,20 +105,37 @@ fn fixed_crosses(mesh: &TriMesh, frames: &Frames, is_feature: &[bool]) -> Vec<Op
 
 /// Weight and target of the guidance per face. The weight is the area in quads times the squared anisotropy over one
 /// quad, so that the field follows curvature after a distance of `1/(anisotropy · h)` quads.
-fn alignment(mesh: &TriMesh, guidance: Option<&Guidance>, options: &FieldOptions) -> (Vec<f64>, Vec<c64>) {
+fn alignment(
+    mesh: &TriMesh,
+    frames: &Frames,
+    guidance: Option<&Guidance>,
+    options: &FieldOptions,
+) -> (Vec<f64>, Vec<c64>) {
     let n = mesh.n_faces();
     let Some(guidance) = guidance.filter(|_| options.smoothing < 1.0) else {
         return (vec![0.0; n], vec![c64::new(0.0, 0.0); n]);
     };
     let strength = (1.0 - options.smoothing) / options.smoothing.max(1e-3);
     let h = options.edge_length;
+    let size = |f: usize| mesh.face(f).map(|v| frames.size(v)).iter().sum::<f64>() / 3.0;
     let weight = (0..n)
         .map(|f| {
-            let turn = (guidance.anisotropy[f] * h).min(1.0);
-            strength * turn * turn * mesh.area(f) / (h * h)
+            let turn = (guidance.anisotropy[f] * h * size(f)).min(1.0);
+            strength * turn * turn * frames.area(mesh, f) / (h * h)
         })
         .collect();
     (weight, guidance.angle.iter().map(|a| unit(4.0 * a)).collect())
+}
+
+/// Makes the field follow strokes: their faces are all but fixed.
+fn follow_strokes(strokes: Option<&StrokeGuidance>, alignment: &mut [f64], target: &mut [c64]) {
+    let Some(strokes) = strokes else { return };
+    for ((alignment, target), &cross) in alignment.iter_mut().zip(target).zip(&strokes.cross) {
+        let norm = cross.re.hypot(cross.im);
+        if norm > 0.0 {
+            (*alignment, *target) = (STROKE, cross * (1.0 / norm));
+        }
+    }
 }
 
 fn unit(angle: f64) -> c64 {
@@ -159,7 +183,7 @@ impl System {
         for h in 0..mesh.n_halfedges() {
             let Some(t) = mesh.twin(h).filter(|_| mesh.is_edge_owner(h)) else { continue };
             let (s, t) = (h / 3, t / 3);
-            let w = edge_weight(mesh, h, 3 * t);
+            let w = edge_weight(mesh, frames, h, 3 * t);
             diagonal[s] += w;
             diagonal[t] += w;
             // |c_s g − c_t|² with g = e^{4iρ}

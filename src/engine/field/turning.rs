@@ -24,7 +24,12 @@ pub(super) struct Turning {
 
 impl Turning {
     /// Factors the system for the crosses that are not fixed. `alignment` is the pull per face.
-    pub(super) fn new(mesh: &TriMesh, is_fixed: &[bool], alignment: &[f64]) -> Result<Self, FieldError> {
+    pub(super) fn new(
+        mesh: &TriMesh,
+        frames: &Frames,
+        is_fixed: &[bool],
+        alignment: &[f64],
+    ) -> Result<Self, FieldError> {
         let mut n = 0u32;
         let unknown: Vec<Option<u32>> = is_fixed
             .iter()
@@ -39,7 +44,7 @@ impl Turning {
         let mut weight = vec![0.0; mesh.n_halfedges()];
         for h in 0..mesh.n_halfedges() {
             let Some(t) = mesh.twin(h).filter(|_| mesh.is_edge_owner(h)) else { continue };
-            let w = edge_weight(mesh, h, t);
+            let w = edge_weight(mesh, frames, h, t);
             weight[h] = w;
             let (s, t) = (unknown[h / 3], unknown[t / 3]);
             entries.extend(s.map(|s| (s, s, w)));
@@ -93,8 +98,8 @@ impl Turning {
 
 /// Weight of the turn over the edge between the faces of `h` and `t`. Long thin faces would get weights of any size; a
 /// bound keeps the matrix well conditioned.
-pub(super) fn edge_weight(mesh: &TriMesh, h: usize, t: usize) -> f64 {
-    let length = mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h)));
-    let area = mesh.area(h / 3) + mesh.area(t / 3);
+pub(super) fn edge_weight(mesh: &TriMesh, frames: &Frames, h: usize, t: usize) -> f64 {
+    let length = frames.length(mesh, h);
+    let area = frames.area(mesh, h / 3) + frames.area(mesh, t / 3);
     if area > 0.0 { (3.0 * length * length / area).min(1e4) } else { 1e4 }
 }

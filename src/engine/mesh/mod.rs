@@ -17,6 +17,6 @@ pub use feature_detection::{FeatureOptions, detect_features};
 pub use features::Features;
 pub use locate::{SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
 pub use refine::{Refined, refine};
-pub use remesh::{IsotropicOptions, remesh_isotropic, working_mesh};
+pub use remesh::{IsotropicOptions, graded_working_mesh, remesh_isotropic, working_mesh};
 pub use soup::TriangleSoup;
 pub use tri_mesh::{MeshError, NONE, Topology, TriMesh, next, prev};

@@ -50,7 +50,7 @@ pub fn measure_map(mesh: &TriMesh, frames: &Frames, map: &GridMap, scale: f64) -
     let (mut total, mut upright) = (0.0, 0.0);
     for f in 0..mesh.n_faces() {
         let (s1, s2) = singular_values(mesh, frames, &map.uv, f);
-        let area = mesh.area(f);
+        let area = frames.area(mesh, f);
         total += area;
         m.grid_area += s1 * s2 * area;
         m.arap_mean += area * ((s1 / scale - 1.0).powi(2) + (s2 / scale - 1.0).powi(2));

@@ -9,12 +9,8 @@ use crate::engine::parameterize::corner_forms::CornerForms;
 
 /// Gradients of the three hat functions of face `f` in its frame, and its area.
 pub(super) fn hat_gradients(mesh: &TriMesh, frames: &Frames, f: usize) -> ([DVec2; 3], f64) {
-    let p = mesh.triangle(f);
-    let area = mesh.area(f);
-    let gradient = std::array::from_fn(|k| {
-        let e = frames.coordinates(f, p[(k + 2) % 3] - p[(k + 1) % 3]);
-        e.perp() / (2.0 * area)
-    });
+    let area = frames.area(mesh, f);
+    let gradient = std::array::from_fn(|k| frames.edge(mesh, 3 * f + (k + 1) % 3).perp() / (2.0 * area));
     (gradient, area)
 }
 

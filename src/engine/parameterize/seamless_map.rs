@@ -69,6 +69,8 @@ pub struct MapSystem {
     special: Vec<u32>,
     /// Angle of grad u per face, in the combed charts.
     direction: Vec<f64>,
+    /// Weight of each face.
+    weight: Vec<f64>,
     reduced: Reduced,
     factor: Cholesky<f64>,
     periods: Periods,
@@ -93,7 +95,7 @@ pub struct RoundedIntegers {
 
 impl MapSystem {
     /// Sets up and factors the system. `is_feature` is a flag per halfedge (features and boundary), `corners` are
-    /// vertices that must lie on integer points.
+    /// vertices that must lie on integer points, `weight` says per face how closely the map is to follow the field.
     ///
     /// # Errors
     /// [`MapError`] if a solve failed, the integers are not determined, or the run was stopped.
@@ -104,6 +106,7 @@ impl MapSystem {
         field: &CrossField,
         is_feature: &[bool],
         corners: &[u32],
+        weight: Vec<f64>,
     ) -> Result<Self, MapError> {
         let (cut, _, turns) = cut_and_comb(mesh, &field.matching, &field.quarter_index);
         let direction: Vec<f64> = field.angle.iter().zip(&turns).map(|(a, &k)| a - f64::from(k) * FRAC_PI_2).collect();
@@ -115,7 +118,6 @@ impl MapSystem {
         }
         let (unknowns, integral) = constrain(mesh, &forms, &iso, &special)?;
         ctx.check()?;
-        let weight = vec![1.0; mesh.n_faces()];
         let raw: Quadratic = assemble(mesh, frames, &direction, &weight, &forms);
         let reduced = Reduced::new(&raw, &unknowns);
         let n = unknowns.n_integers;
@@ -132,6 +134,7 @@ impl MapSystem {
             iso,
             special,
             direction,
+            weight,
             reduced,
             factor,
             periods,
@@ -192,7 +195,7 @@ impl MapSystem {
         self.grid_map(mesh, &z, &rounded.q)
     }
 
-    /// The map with these integers that minimises the energy with other weights per face (stiffening): same pattern,
+    /// The map with these integers that minimises the energy with more weight per face (stiffening): same pattern,
     /// one more numeric factorisation.
     ///
     /// # Errors
@@ -204,7 +207,8 @@ impl MapSystem {
         rounded: &RoundedIntegers,
         weight: &[f64],
     ) -> Result<GridMap, MapError> {
-        let raw = assemble(mesh, frames, &self.direction, weight, &self.forms);
+        let weight: Vec<f64> = weight.iter().zip(&self.weight).map(|(a, b)| a * b).collect();
+        let raw = assemble(mesh, frames, &self.direction, &weight, &self.forms);
         let reduced = Reduced::new(&raw, &self.unknowns);
         let factor = reduced.factor_like(&self.factor)?;
         let z = reduced.solve_continuous(&factor, rounded.scale, &rounded.q);

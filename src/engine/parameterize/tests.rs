@@ -28,7 +28,7 @@ fn case(name: &str, quads: f64) -> Case {
     let frames = Frames::new(&surface.mesh);
     let flags = surface.features.halfedge_flags(&surface.mesh);
     let guidance = curvature_guidance(&surface.mesh, &frames, &flags, 0.7 * h);
-    let options = FieldOptions { edge_length: h, smoothing: 0.5, branch_points: None };
+    let options = FieldOptions { edge_length: h, smoothing: 0.5, branch_points: None, strokes: None };
     let (field, _) = smooth_cross_field(&ctx, &surface.mesh, &frames, &flags, Some(&guidance), &options).unwrap();
     Case { surface, frames, flags, field, scale: 1.0 / h }
 }
@@ -37,7 +37,8 @@ fn map(case: &Case) -> (MapSystem, RoundedIntegers, GridMap) {
     let ctx = RunContext::silent();
     let mesh = &case.surface.mesh;
     let corners = &case.surface.features.corners;
-    let system = MapSystem::new(&ctx, mesh, &case.frames, &case.field, &case.flags, corners).unwrap();
+    let system =
+        MapSystem::new(&ctx, mesh, &case.frames, &case.field, &case.flags, corners, vec![1.0; mesh.n_faces()]).unwrap();
     let rounded = system.round(&ctx, mesh, case.scale).unwrap();
     let map = system.map(mesh, &rounded).unwrap();
     (system, rounded, map)

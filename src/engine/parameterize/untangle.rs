@@ -87,8 +87,7 @@ pub fn untangle(
 }
 
 fn target(mesh: &TriMesh, frames: &Frames, f: usize, scale: f64) -> Target {
-    let [a, b, c] = mesh.triangle(f);
-    let (p, q) = (frames.coordinates(f, b - a) * scale, frames.coordinates(f, c - a) * scale);
+    let (p, q) = (frames.edge(mesh, 3 * f) * scale, -frames.edge(mesh, 3 * f + 2) * scale);
     let edges = DMat2::from_cols(p, q);
     let determinant = edges.determinant();
     let inverse = if determinant.abs() > 1e-300 { edges.inverse() } else { DMat2::ZERO };

@@ -1,7 +1,10 @@
 //! Connected components apart, each with its share of the quads.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
+use crate::engine::field::quads_of;
 use crate::engine::mesh::Features;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfacePart;
@@ -17,6 +20,10 @@ pub(super) struct Component {
     pub(super) edge_length: f64,
     /// Area over squared edge length.
     pub(super) quads: f64,
+    /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
+    pub(super) log_size: Vec<f64>,
+    /// Lines to follow, of the whole model.
+    pub(super) strokes: Arc<[Vec<DVec3>]>,
 }
 
 /// Feature curves shorter than this many quad edges are given up as a whole.
@@ -77,7 +84,7 @@ impl Component {
     /// The same component with quads of `factor` times the edge length.
     pub(super) fn finer(&self, factor: f64) -> Self {
         let (edge_length, quads) = (self.edge_length * factor, self.quads / (factor * factor));
-        Self { surface: self.surface.clone(), vertices: self.vertices.clone(), edge_length, quads }
+        Self { edge_length, quads, ..self.clone() }
     }
 
     /// The same component with some of its feature edges only, in their order. Corners stay where a feature or the
@@ -93,7 +100,7 @@ impl Component {
         };
         let corners = (0..mesh.n_vertices() as u32).filter(|&v| is_corner(v)).collect();
         let surface = Surface { mesh: mesh.clone(), features: Features { edges, corners } };
-        Self { surface, vertices: self.vertices.clone(), ..*self }
+        Self { surface, ..self.clone() }
     }
 }
 
@@ -133,20 +140,28 @@ const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
-/// Splits a surface; components in order of their first faces.
-pub(super) fn split(surface: &Surface, edge_length: f64) -> Vec<Component> {
+/// Splits a surface; components in order of their first faces. `log_size` are sizes relative to the edge length per
+/// vertex, empty if all quads are to be alike.
+pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64], strokes: &[Vec<DVec3>]) -> Vec<Component> {
+    let strokes: Arc<[Vec<DVec3>]> = strokes.into();
     let component = |part: SurfacePart| {
         let area = part.surface.mesh.total_area();
         let topology = part.surface.mesh.topology();
         let least = MIN_QUADS
             + MIN_QUADS_OF_BOUNDARY * topology.boundaries as f64
             + MIN_QUADS_OF_HANDLE * topology.genus as f64;
-        let edge_length = edge_length.min((area / least).sqrt());
+        // A component's own edge length is the one that gives its share of the quads.
+        let mut log_size = part.vertices.iter().filter_map(|&v| log_size.get(v as usize).copied()).collect::<Vec<_>>();
+        let shift = if log_size.is_empty() { 0.0 } else { 0.5 * (quads_of(&part.surface.mesh, &log_size) / area).ln() };
+        log_size.iter_mut().for_each(|log| *log += shift);
+        let edge_length = (edge_length * (-shift).exp()).min((area / least).sqrt());
         Component {
             surface: part.surface,
             vertices: part.vertices,
             edge_length,
             quads: area / (edge_length * edge_length),
+            log_size,
+            strokes: strokes.clone(),
         }
     };
     surface.parts().into_iter().map(component).collect()
@@ -162,7 +177,7 @@ mod tests {
         let surface = sample_surface("cube", 1200).unwrap();
         let corner = surface.mesh.position(surface.features.corners[0]);
         let side = (surface.mesh.total_area() / 6.0).sqrt();
-        let component = split(&surface, side / edges_per_side).remove(0);
+        let component = split(&surface, side / edges_per_side, &[], &[]).remove(0);
         (component, corner, side)
     }
 

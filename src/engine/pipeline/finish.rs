@@ -160,7 +160,12 @@ impl Work<'_> {
 
     fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {
         let Self { ctx, component, index } = *self;
-        let options = OptimiseOptions { edge_length: component.edge_length, iterations: OPTIMISE_ITERATIONS };
+        let options = OptimiseOptions {
+            edge_length: component.edge_length,
+            iterations: OPTIMISE_ITERATIONS,
+            log_size: component.log_size.clone(),
+            strokes: component.strokes.to_vec(),
+        };
         ctx.stage(Stage::Optimise, || {
             let draft = if improve { improve_connectivity(ctx, &component.surface, index, draft)? } else { draft };
             optimise(ctx, &component.surface, index, draft, &options)

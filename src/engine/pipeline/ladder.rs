@@ -200,6 +200,9 @@ fn climb(
                     climb.whole.surface.features.edges.len()
                 ));
             }
+            if map.is_none() && !(component.log_size.is_empty() && component.strokes.is_empty()) {
+                warnings.push("quads of this level are even in size and follow no strokes".to_owned());
+            }
             if matches!(rung, Rung::Finer(..)) {
                 warnings.push(format!(
                     "density_floor: {} quads instead of {:.0}: the detail is below the size asked for",
@@ -302,15 +305,15 @@ fn by_map(
     smoothing: f64,
     branch_points: Option<BranchOptions>,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
-    let edge_length = component.edge_length;
-    let working =
-        ctx.stage(Stage::Refine, || working_surface(ctx, &component.surface, index, edge_length, spec.working_mesh))?;
+    let working = ctx.stage(Stage::Refine, || working_surface(ctx, component, index, spec.working_mesh))?;
     let options = QuadCoverOptions {
-        edge_length,
+        edge_length: component.edge_length,
+        log_size: working.log_size.clone(),
         quads: spec.adapt_count.then_some(component.quads),
         smoothing,
         guided: spec.align == Align::Curvature,
         branch_points,
+        strokes: component.strokes.to_vec(),
     };
     let map = quad_cover(ctx, &working.surface, &options).map_err(|e| match e {
         QuadCoverError::Cancelled(c) => Failure::Cancelled(c),

@@ -9,7 +9,10 @@ mod outcome;
 mod remesh;
 mod report;
 mod road;
+mod sizing;
 mod spec;
+#[cfg(test)]
+mod tests;
 mod working;
 
 pub use crate::engine::certify::QuadReport;

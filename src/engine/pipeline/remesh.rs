@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::engine::certify::certify;
+use crate::engine::field::strokes_off_surface;
 use crate::engine::mesh::Conditioned;
 use crate::engine::mesh::Features;
 use crate::engine::mesh::Surface;
@@ -16,6 +17,7 @@ use crate::engine::pipeline::ladder;
 use crate::engine::pipeline::ladder::Solved;
 use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
 use crate::engine::pipeline::report::{InputReport, Level, Repairs, Report};
+use crate::engine::pipeline::sizing::sizes;
 use crate::engine::pipeline::spec::{Method, RemeshSpec, Target};
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::QuadMesh;
@@ -57,9 +59,15 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let edge_length = edge_length(&conditioned, spec)?;
     let features =
         ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
-    let Conditioned { mesh, repairs, mut warnings, .. } = conditioned;
+    let Conditioned { mesh, repairs, mut warnings, origin, .. } = conditioned;
     let mut surface = Surface { mesh, features };
-    let components = split(&surface, edge_length);
+    let log_size = ctx.stage(Stage::Features, || {
+        sizes(ctx, &surface, &origin, soup, spec, edge_length, &mut warnings).map_err(RemeshError::from)
+    })?;
+    for stroke in strokes_off_surface(&surface.mesh, &spec.strokes, edge_length) {
+        warnings.push(format!("strokes/{stroke}: no part of the surface is near this stroke"));
+    }
+    let components = split(&surface, edge_length, &log_size, &spec.strokes);
     let solved = solve(ctx, &components, spec)?;
     // Where the deadline passed and every component has quads nevertheless, they are delivered.
     let late = matches!(ctx.stopped(), Some(StopReason::Deadline)).then(|| ctx.unstopped());

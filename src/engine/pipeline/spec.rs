@@ -87,6 +87,10 @@ pub struct RemeshSpec {
     pub target: Target,
     /// Iterate the scale until the count is met.
     pub adapt_count: bool,
+    /// How far the size of the quads follows curvature: 0 not at all, 100 fully.
+    pub adaptive_size: f64,
+    /// Whether the input's vertex colours scale the density, from 1/4 at black to 4 at white.
+    pub density_from_vertex_colour: bool,
     /// Features.
     pub features: FeatureSpec,
     /// Boundary treatment.
@@ -113,6 +117,8 @@ impl Default for RemeshSpec {
             method: Method::default(),
             target: Target::Quads(5000),
             adapt_count: true,
+            adaptive_size: 0.0,
+            density_from_vertex_colour: false,
             features: FeatureSpec::default(),
             boundary: Boundary::default(),
             align: Align::default(),

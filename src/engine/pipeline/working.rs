@@ -2,9 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
+use rayon::prelude::*;
+
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::mesh::working_mesh;
+use crate::engine::mesh::{graded_working_mesh, working_mesh};
+use crate::engine::pipeline::component::Component;
+use crate::engine::pipeline::sizing::size_at;
 use crate::engine::pipeline::spec::WorkingMesh;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
@@ -17,6 +22,8 @@ pub(super) struct Working {
     pub(super) surface: Surface,
     /// Per corner of the working surface (sorted), the vertex of the original surface at the same place.
     pub(super) corner_of: BTreeMap<u32, u32>,
+    /// Per vertex of the working surface the logarithm of the size of quads; empty if all are to be alike.
+    pub(super) log_size: Vec<f64>,
 }
 
 /// Longest triangle edge relative to a quad edge: singularities need triangles between them.
@@ -24,20 +31,28 @@ const LONGEST_EDGE: f64 = 0.55;
 /// Most triangles of a working mesh.
 const MAX_FACES: usize = 1_000_000;
 
-/// Makes the working surface for quads of this edge length.
+/// Makes the working surface for the quads of a component.
 pub(super) fn working_surface(
     ctx: &RunContext,
-    surface: &Surface,
+    component: &Component,
     index: &SurfaceIndex,
-    edge_length: f64,
     choice: WorkingMesh,
 ) -> Result<Working, Cancelled> {
+    let Component { surface, log_size, edge_length, .. } = component;
+    let max_edge = LONGEST_EDGE * edge_length;
+    let size = |p: DVec3| size_at(&surface.mesh, index, log_size, p);
     let working = match choice {
         WorkingMesh::Input => surface.clone(),
-        WorkingMesh::Auto => working_mesh(ctx, surface, index, LONGEST_EDGE * edge_length, MAX_FACES)?,
+        WorkingMesh::Auto if log_size.is_empty() => working_mesh(ctx, surface, index, max_edge, MAX_FACES)?,
+        WorkingMesh::Auto => graded_working_mesh(ctx, surface, index, max_edge, size, MAX_FACES)?,
     };
     let corner_of = corner_map(&working, surface);
-    Ok(Working { surface: working, corner_of })
+    let log_size = match choice {
+        _ if log_size.is_empty() => Vec::new(),
+        WorkingMesh::Input => log_size.clone(),
+        WorkingMesh::Auto => working.mesh.positions().par_iter().map(|&p| size(p)).collect(),
+    };
+    Ok(Working { surface: working, corner_of, log_size })
 }
 
 /// Per corner of a remeshed surface, the vertex of the original at the same place.

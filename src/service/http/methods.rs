@@ -39,9 +39,8 @@ pub(super) async fn list_methods() -> Json<MethodList> {
             summary: "A smooth cross field along principal curvatures, integrated on a branched covering and rounded to \
                       an integer-grid map, whose grid lines are the quads.",
             cannot: vec![
-                "quads of varying size (adaptive_size, density_from_vertex_colour)",
                 "move branch points onto features or the boundary, or off them (optimise)",
-                "follow strokes, or ignore the boundary (strokes, boundary: free)",
+                "ignore the boundary (boundary: free)",
                 "exact mirror symmetry (symmetry)",
                 "quad-dominant meshes (output)",
                 "carry materials, colours, texture coordinates or skin weights to the quads (preserve)",

@@ -18,6 +18,7 @@ const MAX_QUADS: u64 = 10_000_000;
 /// Longest deadline in seconds.
 const MAX_DEADLINE_S: f64 = 86_400.0;
 const MAX_FEATURE_EDGES: usize = 1_000_000;
+const MAX_STROKE_POINTS: usize = 100_000;
 const MAX_TAGS: usize = 16;
 const MAX_TAG_LENGTH: usize = 64;
 
@@ -31,9 +32,10 @@ pub struct RemeshRequest {
     pub target: TargetBody,
     /// Iterate the scale until the count is within 5 % of the target (10 % below 500 quads).
     pub adapt_count: bool,
-    /// Curvature-adaptive quad size, 0 to 100; this version knows only 0, uniform.
+    /// Curvature-adaptive quad size, 0 to 100: edges from a quarter to four times as long; 0 is uniform.
     pub adaptive_size: f64,
-    /// Whether vertex colours scale the density; not available in this version.
+    /// Whether vertex colours scale the density: 0.25× at black, 1× at middle grey, 4× at white, by the mean of red, green
+    /// and blue. The count stays the one asked for.
     pub density_from_vertex_colour: bool,
     /// What must come out as quad edges.
     pub features: FeaturesBody,
@@ -43,7 +45,7 @@ pub struct RemeshRequest {
     pub align: AlignName,
     /// λ between curvature alignment (0) and smoothness (1).
     pub smoothing: f64,
-    /// Directions to follow, polylines in model units; not available in this version.
+    /// Directions to follow, polylines in model units, on the surface or near it.
     pub strokes: Vec<Vec<[f64; 3]>>,
     /// What is done about branch points: as found; moved to where the field has least curl; also created and cancelled
     /// where that saves more than it costs in rounding.
@@ -209,11 +211,8 @@ impl RemeshRequest {
                 refuse(!(length.is_finite() && length > 0.0), "/target/edge_length", message);
             }
         }
-        let in_range = (0.0..=100.0).contains(&self.adaptive_size);
-        refuse(!in_range, "/adaptive_size", format!("must be from 0 to 100, not {}", self.adaptive_size));
-        refuse(in_range && self.adaptive_size > 0.0, "/adaptive_size", unavailable("curvature-adaptive size is"));
-        let colour = unavailable("density from vertex colours is");
-        refuse(self.density_from_vertex_colour, "/density_from_vertex_colour", colour);
+        let message = format!("must be from 0 to 100, not {}", self.adaptive_size);
+        refuse(!(0.0..=100.0).contains(&self.adaptive_size), "/adaptive_size", message);
 
         let angle = self.features.angle;
         let message = format!("must be from 0 to 180 degrees, not {angle}");
@@ -225,7 +224,16 @@ impl RemeshRequest {
 
         let message = format!("must be from 0 to 1, not {}", self.smoothing);
         refuse(!(0.0..=1.0).contains(&self.smoothing), "/smoothing", message);
-        refuse(!self.strokes.is_empty(), "/strokes", unavailable("strokes are"));
+        let n_points: usize = self.strokes.iter().map(Vec::len).sum();
+        refuse(n_points > MAX_STROKE_POINTS, "/strokes", format!("at most {MAX_STROKE_POINTS} points, not {n_points}"));
+        for (i, stroke) in self.strokes.iter().enumerate() {
+            let is_line = stroke.len() >= 2 && stroke.iter().flatten().all(|x| x.is_finite());
+            refuse(
+                !is_line,
+                &format!("/strokes/{i}"),
+                "a stroke has at least two points with finite coordinates".into(),
+            );
+        }
         let free = unavailable("a field that ignores the boundary is");
         refuse(self.boundary == BoundaryName::Free, "/boundary", free);
         refuse(!self.symmetry.is_empty(), "/symmetry", unavailable("exact symmetry is"));
@@ -256,6 +264,8 @@ impl RemeshRequest {
                 TargetBody::EdgeLength(length) => Target::EdgeLength(length),
             },
             adapt_count: self.adapt_count,
+            adaptive_size: self.adaptive_size,
+            density_from_vertex_colour: self.density_from_vertex_colour,
             features: FeatureSpec {
                 angle_degrees: self.features.angle,
                 materials: self.features.materials,
@@ -334,7 +344,7 @@ mod tests {
             "/method",
             "/seed",
             "/smoothing",
-            "/strokes",
+            "/strokes/0",
             "/symmetry",
             "/tags/0",
             "/target/quads",
@@ -345,13 +355,10 @@ mod tests {
     #[test]
     fn what_this_version_cannot_do_is_refused_by_name() {
         let cases = [
-            ("adaptive_size", json!(10)),
-            ("density_from_vertex_colour", json!(true)),
             ("output", json!("dominant")),
             ("webhook", json!("http://127.0.0.1/")),
             ("preserve", json!(["uv"])),
             ("method", json!("layout")),
-            ("strokes", json!([[[0, 0, 0], [1, 0, 0]]])),
             ("boundary", json!("free")),
         ];
         for (field, value) in cases {
@@ -359,6 +366,18 @@ mod tests {
             assert_eq!(violations.len(), 1);
             assert_eq!(violations[0].pointer, format!("/{field}"));
             assert!(violations[0].message.contains("not available in this version"), "{}", violations[0].message);
+        }
+    }
+
+    #[test]
+    fn sizes_and_strokes_reach_the_engine() {
+        let strokes = json!([[[0, 0, 0], [1, 0, 0.5]]]);
+        let spec = json!({"adaptive_size": 40, "density_from_vertex_colour": true, "strokes": strokes});
+        let spec = ResolvedSpec::from_value(spec).unwrap().spec;
+        assert_eq!((spec.adaptive_size, spec.density_from_vertex_colour), (40.0, true));
+        assert_eq!(spec.strokes, [[DVec3::ZERO, DVec3::new(1.0, 0.0, 0.5)]]);
+        for size in [-1.0, 100.5] {
+            assert_eq!(pointers(json!({ "adaptive_size": size })), ["/adaptive_size"]);
         }
     }
 

@@ -66,7 +66,7 @@ fn slot(i: usize, j: usize) -> usize {
 }
 
 impl Curl {
-    pub(super) fn new(mesh: &TriMesh) -> Self {
+    pub(super) fn new(mesh: &TriMesh, frames: &Frames) -> Self {
         let mut edge = vec![NONE; mesh.n_halfedges()];
         let mut owner = Vec::with_capacity(mesh.n_edges());
         for h in 0..mesh.n_halfedges() {
@@ -75,15 +75,13 @@ impl Curl {
                 owner.push(h);
             }
         }
-        let length = owner.iter().map(|&h| mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h))));
-        let length = length.collect();
-        let norm = 2.0 * mesh.total_area();
+        let length = owner.iter().map(|&h| frames.length(mesh, h)).collect();
+        let norm = 2.0 * frames.total_area(mesh);
         let least = 1e-9 * norm / mesh.n_faces().max(1) as f64;
         let stiffness = (0..mesh.n_faces())
             .map(|f| {
-                let [a, b, c] = mesh.triangle(f);
-                let (e, area) = ([b - a, c - b, a - c], mesh.area(f).max(least));
-                [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(i, j): (usize, usize)| e[i].dot(e[j]) / area)
+                let area = frames.area(mesh, f).max(least);
+                frames.side_products(mesh, f).map(|product| product / area)
             })
             .collect();
         Self { edge, owner, stiffness, length, norm }
@@ -198,5 +196,5 @@ impl Curl {
 /// # Errors
 /// [`FieldError`] if the solve failed.
 pub fn curl_energy(mesh: &TriMesh, frames: &Frames, field: &CrossField) -> Result<f64, FieldError> {
-    Ok(Curl::new(mesh).energy(mesh, frames, field, None)?.value)
+    Ok(Curl::new(mesh, frames).energy(mesh, frames, field, None)?.value)
 }

@@ -3,6 +3,7 @@
 use crate::engine::field::branch::curl::Curl;
 use crate::engine::field::branch::search::Surroundings;
 use crate::engine::field::cross_field::CrossField;
+use crate::engine::field::frames::Frames;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;
 
@@ -26,6 +27,7 @@ pub(super) struct Moves<'a> {
     mesh: &'a TriMesh,
     pub(super) curl: &'a Curl,
     edge_length: f64,
+    frames: &'a Frames,
     /// What a quarter of index costs, in units of the energy; without a price the number of branch points never grows.
     pub(super) price: Option<f64>,
     /// Per vertex: at a feature or at the boundary.
@@ -33,13 +35,13 @@ pub(super) struct Moves<'a> {
 }
 
 impl<'a> Moves<'a> {
-    pub(super) fn new(mesh: &'a TriMesh, curl: &'a Curl, around: &Surroundings<'_>) -> Self {
+    pub(super) fn new(mesh: &'a TriMesh, curl: &'a Curl, around: &Surroundings<'a>) -> Self {
         let mut blocked = vec![false; mesh.n_vertices()];
         for h in (0..mesh.n_halfedges()).filter(|&h| around.is_feature[h] || mesh.is_boundary(h)) {
             blocked[mesh.origin(h) as usize] = true;
             blocked[mesh.target(h) as usize] = true;
         }
-        Self { mesh, curl, edge_length: around.edge_length, price: None, blocked }
+        Self { mesh, curl, edge_length: around.edge_length, frames: around.frames, price: None, blocked }
     }
 
     /// Energy and price.
@@ -145,7 +147,7 @@ impl<'a> Moves<'a> {
 
     /// Whether a branch point that comes to `to` from `from` gets too near to another one, and nearer than it was.
     fn is_crowded(&self, points: &[u32], to: u32, from: u32) -> bool {
-        let least = LEAST_DISTANCE * self.edge_length;
+        let least = LEAST_DISTANCE * self.edge_length * self.frames.size(to);
         let (to_at, from_at) = (self.mesh.position(to), self.mesh.position(from));
         points.iter().filter(|&&p| p != from && p != to).any(|&p| {
             let p = self.mesh.position(p);

@@ -58,7 +58,7 @@ pub(in crate::engine::field) struct Surroundings<'a> {
     pub(in crate::engine::field) is_feature: &'a [bool],
     /// Which crosses follow a matching, and how freely.
     pub(in crate::engine::field) turning: &'a Turning,
-    /// Length of a quad edge in model units.
+    /// Length of a quad edge in the frames' metric.
     pub(in crate::engine::field) edge_length: f64,
 }
 
@@ -75,7 +75,7 @@ pub(in crate::engine::field) fn search_branch_points(
 ) -> Result<BranchSearch, FieldError> {
     let mesh = around.mesh;
     let limit = (WORK / mesh.n_faces().max(1)).min(MAX_EVALUATIONS);
-    let curl = Curl::new(mesh);
+    let curl = Curl::new(mesh, around.frames);
     if limit < 4 || curl.owner.is_empty() {
         return Ok(BranchSearch::default());
     }
@@ -94,7 +94,7 @@ pub(in crate::engine::field) fn search_branch_points(
     search.phase(&mut moves)?;
     if options.create {
         search.limit = limit;
-        moves.price = Some(PRICE * around.edge_length.powi(2) / mesh.total_area());
+        moves.price = Some(PRICE * around.edge_length.powi(2) / around.frames.total_area(mesh));
         search.phase(&mut moves)?;
     }
     done.energy[1] = search.energy.value;

@@ -13,14 +13,14 @@ fn field_on(name: &str, triangles: usize) -> (Surface, Frames, CrossField, Vec<b
     let frames = Frames::new(&surface.mesh);
     let flags = surface.features.halfedge_flags(&surface.mesh);
     let edge_length = (surface.mesh.total_area() / (triangles as f64 / 10.0)).sqrt();
-    let options = FieldOptions { edge_length, smoothing: 1.0, branch_points: None };
+    let options = FieldOptions { edge_length, smoothing: 1.0, branch_points: None, strokes: None };
     let (field, _) = smooth_cross_field(&RunContext::silent(), &surface.mesh, &frames, &flags, None, &options).unwrap();
     (surface, frames, field, flags, edge_length)
 }
 
 fn free_turning(surface: &Surface) -> Turning {
     let n = surface.mesh.n_faces();
-    Turning::new(&surface.mesh, &vec![false; n], &vec![0.0; n]).unwrap()
+    Turning::new(&surface.mesh, &Frames::new(&surface.mesh), &vec![false; n], &vec![0.0; n]).unwrap()
 }
 
 #[test]
@@ -28,7 +28,7 @@ fn the_derivative_finds_the_better_turn() {
     // Matchings are whole quarters, so a difference quotient would need matchings that are none; what is asked of the
     // derivative is that it finds the better of the two turns where it is large.
     let (surface, frames, field, _, _) = field_on("ellipsoid", 600);
-    let (mesh, curl, turning) = (&surface.mesh, Curl::new(&surface.mesh), free_turning(&surface));
+    let (mesh, curl, turning) = (&surface.mesh, Curl::new(&surface.mesh, &frames), free_turning(&surface));
     let at = |field: &CrossField| curl.energy(mesh, &frames, field, None).unwrap();
     let rest = field.angle.clone();
     let mut field = field;
@@ -56,14 +56,14 @@ fn the_curl_energy_does_not_change_with_charts() {
     let mesh = &surface.mesh;
     // Matched by the nearest turn, as the other one below.
     let field = CrossField::from_angles(mesh, &frames, field.angle);
-    let value = Curl::new(mesh).energy(mesh, &frames, &field, None).unwrap().value;
+    let value = Curl::new(mesh, &frames).energy(mesh, &frames, &field, None).unwrap().value;
     assert!(value > 1e-4 && value < 0.2, "{value}");
     // Other representatives of the same crosses.
     let turned: Vec<f64> =
         field.angle.iter().enumerate().map(|(f, a)| a + (f % 4) as f64 * std::f64::consts::FRAC_PI_2).collect();
     let other = CrossField::from_angles(mesh, &frames, turned);
     assert_eq!(other.quarter_index, field.quarter_index);
-    let again = Curl::new(mesh).energy(mesh, &frames, &other, None).unwrap().value;
+    let again = Curl::new(mesh, &frames).energy(mesh, &frames, &other, None).unwrap().value;
     assert!((again - value).abs() < 1e-9 * value, "{again} {value}");
 }
 
@@ -85,7 +85,7 @@ fn every_search_lowers_its_cost_and_keeps_the_sum_of_indices() {
         let (surface, frames, before, flags, edge_length) = field_on(name, 3000);
         let mesh = &surface.mesh;
         let branch_points = Some(BranchOptions { create });
-        let options = FieldOptions { edge_length, smoothing: 1.0, branch_points };
+        let options = FieldOptions { edge_length, smoothing: 1.0, branch_points, strokes: None };
         let (after, found) = smooth_cross_field(&RunContext::silent(), mesh, &frames, &flags, None, &options).unwrap();
         assert!(found.energy[1] <= found.energy[0] && found.accepted < found.evaluations, "{name}: {found:?}");
         assert!(create || found.points[1] <= found.points[0], "{name}: {found:?}");

@@ -15,4 +15,4 @@ mod working;
 pub(in crate::engine::mesh) use edit::EditMesh;
 pub(in crate::engine) use isotropic::remesh_with_middles;
 pub use isotropic::{IsotropicOptions, remesh_isotropic};
-pub use working::working_mesh;
+pub use working::{graded_working_mesh, working_mesh};

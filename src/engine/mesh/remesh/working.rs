@@ -3,6 +3,8 @@
 use crate::engine::mesh::remesh::{IsotropicOptions, remesh_isotropic};
 use crate::engine::mesh::{Surface, SurfaceIndex, TriMesh, refine};
 use crate::engine::run::{Cancelled, RunContext};
+use glam::DVec3;
+use rayon::prelude::*;
 
 /// Faces per face of an ideal mesh from which on a mesh is much too fine.
 const TOO_FINE: f64 = 3.0;
@@ -10,6 +12,8 @@ const TOO_FINE: f64 = 3.0;
 const BAD_SHAPE: f64 = 0.1;
 /// … and so is a mesh with a larger part of such triangles.
 const BAD_PART: f64 = 0.02;
+/// Where sizes vary, a surface is remeshed at the smallest of them, but not below this share of the common one.
+const LEAST_EVEN: f64 = 0.6;
 
 /// A surface for the cross field and the map: no edge longer than about `max_edge`, room at the features, and if
 /// possible the very same surface: it is only refined, unless the triangles are much too many or badly shaped; then it
@@ -36,6 +40,40 @@ pub fn working_mesh(
     }
     let options = IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * max_edge) };
     remesh_isotropic(ctx, surface, original, &options)
+}
+
+/// As [`working_mesh`], with no edge longer than about `max_edge` times the local size, whose logarithm `log_size` gives
+/// for every point of the surface. Where the surface must be remeshed that is done evenly, and small triangles are made
+/// by refinement: in the end only the quads have to lie on the surface.
+///
+/// # Errors
+/// [`Cancelled`] only.
+pub fn graded_working_mesh(
+    ctx: &RunContext,
+    surface: &Surface,
+    original: &SurfaceIndex,
+    max_edge: f64,
+    log_size: impl Fn(DVec3) -> f64 + Sync,
+    max_faces: usize,
+) -> Result<Surface, Cancelled> {
+    let sizes = |mesh: &TriMesh| -> Vec<f64> { mesh.positions().par_iter().map(|&p| log_size(p)).collect() };
+    let least = |mesh: &TriMesh, sizes: &[f64]| -> Vec<f64> {
+        let of_face = |f| mesh.face(f).iter().map(|&v| sizes[v as usize]).fold(f64::INFINITY, f64::min);
+        (0..mesh.n_faces()).map(|f| max_edge * of_face(f).exp()).collect()
+    };
+    let mesh = &surface.mesh;
+    let own = sizes(mesh);
+    let local = least(mesh, &own);
+    let ideal: f64 = (0..mesh.n_faces()).map(|f| mesh.area(f) * 4.0 / 3f64.sqrt() / (0.75 * local[f]).powi(2)).sum();
+    let too_fine = |faces: usize| faces as f64 > (TOO_FINE * ideal).max(2000.0) || faces >= max_faces;
+    if !too_fine(mesh.n_faces()) && !is_badly_shaped(mesh) {
+        return Ok(refine(ctx, surface, |f| local[f as usize], max_faces)?.surface);
+    }
+    let finest = own.iter().copied().fold(0.0, f64::min).exp();
+    let even = IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * max_edge * finest.max(LEAST_EVEN)) };
+    let even = remesh_isotropic(ctx, surface, original, &even)?;
+    let local = least(&even.mesh, &sizes(&even.mesh));
+    Ok(refine(ctx, &even, |f| local[f as usize], max_faces)?.surface)
 }
 
 fn is_badly_shaped(mesh: &TriMesh) -> bool {

@@ -13,6 +13,7 @@ use crate::engine::field::FieldOptions;
 use crate::engine::field::Frames;
 use crate::engine::field::curvature_guidance;
 use crate::engine::field::smooth_cross_field;
+use crate::engine::field::stroke_guidance;
 use crate::engine::mesh::Surface;
 use crate::engine::parameterize::GridMap;
 use crate::engine::parameterize::MapError;
@@ -24,12 +25,15 @@ use crate::engine::parameterize::untangle;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
+use glam::DVec3;
 
 /// What the method is asked for.
 #[derive(Clone, Debug)]
 pub struct QuadCoverOptions {
     /// Length of a quad edge in model units.
     pub edge_length: f64,
+    /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
+    pub log_size: Vec<f64>,
     /// Number of quads wanted on this component; `None` keeps the edge length.
     pub quads: Option<f64>,
     /// 0 follows curvature, 1 is as smooth as possible.
@@ -38,6 +42,8 @@ pub struct QuadCoverOptions {
     pub guided: bool,
     /// Whether and how branch points are moved.
     pub branch_points: Option<BranchOptions>,
+    /// Lines to follow, polylines in model units.
+    pub strokes: Vec<Vec<DVec3>>,
 }
 
 /// An integer-grid map (up to flipped triangles) of one component.
@@ -87,6 +93,9 @@ impl From<MapError> for QuadCoverError {
     }
 }
 
+/// Weight in the map of faces beneath strokes: it follows the field there, whatever that costs its surroundings.
+const STROKE_WEIGHT: f64 = 100.0;
+
 /// How far the count may be from the one asked for before the scale is tried again.
 const COUNT_TOLERANCE: f64 = 0.02;
 /// Scales tried at most.
@@ -104,19 +113,23 @@ pub fn quad_cover(
     options: &QuadCoverOptions,
 ) -> Result<QuadCoverMap, QuadCoverError> {
     let mesh = &working.mesh;
-    let frames = Frames::new(mesh);
+    let frames = if options.log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, &options.log_size) };
     let flags = working.features.halfedge_flags(mesh);
+    let strokes = stroke_guidance(mesh, &frames, &options.strokes, options.edge_length);
     let (field, branch_search) = ctx.stage(Stage::Field, || -> Result<_, QuadCoverError> {
         let guidance = options.guided.then(|| curvature_guidance(mesh, &frames, &flags, 0.7 * options.edge_length));
         let field_options = FieldOptions {
             edge_length: options.edge_length,
             smoothing: options.smoothing,
             branch_points: options.branch_points.clone(),
+            strokes: strokes.clone(),
         };
         Ok(smooth_cross_field(ctx, mesh, &frames, &flags, guidance.as_ref(), &field_options)?)
     })?;
-    let system =
-        ctx.stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners))?;
+    let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
+    let weight = (0..mesh.n_faces()).map(weight).collect();
+    let system = ctx
+        .stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners, weight))?;
     ctx.stage(Stage::Round, || {
         let (rounded, grid, measures) = meet_count(ctx, working, &frames, &system, options)?;
         let (mut grid, mut measures) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;

@@ -16,6 +16,8 @@ use crate::engine::run::RunContext;
 const STAY: f64 = 0.05;
 /// The same for vertices on curves, which can follow only along one direction.
 const STAY_ON_CURVE: f64 = 0.3;
+/// Weight of quads that are turned along a stroke.
+const GUIDED_WEIGHT: f64 = 20.0;
 /// How far a rectangle goes towards the wanted square in one round, as exponent.
 const SQUARE: f64 = 0.5;
 /// A quad may get worse down to this, for the sake of its neighbours, but not further.
@@ -25,8 +27,8 @@ const HALVINGS: usize = 4;
 /// Relaxation ends when no vertex moves further than this share of its wanted edge.
 const STILL: f64 = 2e-3;
 
-/// The rectangle that fits a quad best, as its first and second side.
-fn fitted_sides(p: &[DVec3; 4], up: DVec3, size: f64) -> (DVec3, DVec3) {
+/// The rectangle that fits a quad best, as its first and second side; one of them along `guide` unless that is zero.
+fn fitted_sides(p: &[DVec3; 4], up: DVec3, size: f64, guide: DVec3) -> (DVec3, DVec3) {
     let own = area_vector(p).normalize_or_zero();
     let n = if own.dot(up) > 0.0 { own } else { up };
     let Some(n) = n.try_normalize() else {
@@ -37,13 +39,27 @@ fn fitted_sides(p: &[DVec3; 4], up: DVec3, size: f64) -> (DVec3, DVec3) {
     let (e, f) = (flat(0.5 * (p[1] - p[0] + p[2] - p[3])), flat(0.5 * (p[3] - p[0] + p[2] - p[1])));
     // Rotation of the polar decomposition of the Jacobian (e f), f turned back by a quarter.
     let direction = (e + DVec2::new(f.y, -f.x)).try_normalize().unwrap_or(DVec2::X);
+    let direction = flat(guide).try_normalize().map_or(direction, |along| {
+        let turns = [along, along.perp(), -along, -along.perp()];
+        turns.into_iter().max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction))).unwrap_or(direction)
+    });
     let (r, s) = (direction.x * x + direction.y * y, direction.x * y - direction.y * x);
     let blend = |length: f64| length.clamp(0.1 * size, 10.0 * size).powf(1.0 - SQUARE) * size.powf(SQUARE);
     (blend(e.dot(direction)) * r, blend(f.dot(direction.perp())) * s)
 }
 
-/// Relaxes for at most `rounds` rounds. `sizes`: wanted edge length per quad.
-pub(crate) fn relax(ctx: &RunContext, state: &mut State<'_>, sizes: &[f64], rounds: usize) -> Result<(), Cancelled> {
+/// Relaxes for at most `rounds` rounds. `sizes`: wanted edge length per quad; `guides`: a direction to turn to per quad,
+/// zero for none, or empty.
+pub(crate) fn relax(
+    ctx: &RunContext,
+    state: &mut State<'_>,
+    sizes: &[f64],
+    guides: &[DVec3],
+    rounds: usize,
+) -> Result<(), Cancelled> {
+    let guide = |q: usize| guides.get(q).copied().unwrap_or(DVec3::ZERO);
+    let weight: Vec<f64> =
+        (0..state.quads.len()).map(|q| if guide(q) == DVec3::ZERO { 1.0 } else { GUIDED_WEIGHT }).collect();
     let n_vertices = state.positions.len();
     let mut unknown = vec![u32::MAX; n_vertices];
     let mut free: Vec<u32> = Vec::new();
@@ -62,12 +78,12 @@ pub(crate) fn relax(ctx: &RunContext, state: &mut State<'_>, sizes: &[f64], roun
     };
     let mut entries: Vec<(u32, u32, f64)> =
         free.iter().enumerate().map(|(i, &v)| (i as u32, i as u32, stay(state, v))).collect();
-    for quad in state.quads {
+    for (quad, &w) in state.quads.iter().zip(&weight) {
         for k in 0..4 {
             let (i, j) = (unknown[quad[k] as usize], unknown[quad[(k + 1) % 4] as usize]);
-            entries.extend([i, j].into_iter().filter(|&i| i != u32::MAX).map(|i| (i, i, 1.0)));
+            entries.extend([i, j].into_iter().filter(|&i| i != u32::MAX).map(|i| (i, i, w)));
             if i != u32::MAX && j != u32::MAX {
-                entries.push((i.max(j), i.min(j), -1.0));
+                entries.push((i.max(j), i.min(j), -w));
             }
         }
     }
@@ -80,22 +96,22 @@ pub(crate) fn relax(ctx: &RunContext, state: &mut State<'_>, sizes: &[f64], roun
         let this = &*state;
         let sides: Vec<(DVec3, DVec3)> = (0..this.quads.len())
             .into_par_iter()
-            .map(|q| fitted_sides(&this.corners(q), this.ups[q], sizes[q]))
+            .map(|q| fitted_sides(&this.corners(q), this.ups[q], sizes[q], guide(q)))
             .collect();
         let mut right = vec![0.0; 3 * n];
         let mut add = |i: usize, value: DVec3| (0..3).for_each(|axis| right[axis * n + i] += value[axis]);
         for (i, &v) in free.iter().enumerate() {
             add(i, stay(state, v) * state.positions[v as usize]);
         }
-        for (quad, &(e, f)) in state.quads.iter().zip(&sides) {
+        for ((quad, &(e, f)), &w) in state.quads.iter().zip(&sides).zip(&weight) {
             for (k, side) in [e, f, -e, -f].into_iter().enumerate() {
                 let (a, b) = (quad[k] as usize, quad[(k + 1) % 4] as usize);
                 let (i, j) = (unknown[a], unknown[b]);
                 if i != u32::MAX {
-                    add(i as usize, if j == u32::MAX { state.positions[b] - side } else { -side });
+                    add(i as usize, w * if j == u32::MAX { state.positions[b] - side } else { -side });
                 }
                 if j != u32::MAX {
-                    add(j as usize, if i == u32::MAX { state.positions[a] + side } else { side });
+                    add(j as usize, w * if i == u32::MAX { state.positions[a] + side } else { side });
                 }
             }
         }
@@ -139,7 +155,7 @@ mod tests {
     fn the_fitted_rectangle_turns_with_the_quad() {
         let (x, y) = (DVec3::new(0.6, 0.8, 0.0), DVec3::new(-0.8, 0.6, 0.0));
         let p = [DVec3::ZERO, 4.0 * x, 4.0 * x + y, y];
-        let (e, f) = fitted_sides(&p, DVec3::Z, 1.0);
+        let (e, f) = fitted_sides(&p, DVec3::Z, 1.0, DVec3::ZERO);
         assert!(e.distance(2.0 * x) < 1e-12 && f.distance(y) < 1e-12);
     }
 }

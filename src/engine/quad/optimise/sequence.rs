@@ -1,15 +1,17 @@
 //! The order of the steps: valid first, then good.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::closest_on_segment;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::optimise::curves::trace_curves;
 use crate::engine::quad::optimise::incidence::counted_edges;
 use crate::engine::quad::optimise::relax::relax;
-use crate::engine::quad::optimise::shape::area_vector;
+use crate::engine::quad::optimise::shape::{area_vector, centre};
 use crate::engine::quad::optimise::sheet::Sheet;
 use crate::engine::quad::optimise::state::State;
 use crate::engine::quad::optimise::untangle::lift_worst;
@@ -21,6 +23,8 @@ use crate::engine::run::RunContext;
 const SIZE_ROUNDS: usize = 8;
 /// Quads worse than this are lifted one by one in the end.
 const WORST: f64 = 0.4;
+/// Strokes guide the quads whose centres are within this many edges.
+const GUIDED: f64 = 1.0;
 
 /// How the quads are optimised.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +34,11 @@ pub struct OptimiseOptions {
     /// Target edge length h in model units. Quads near it are drawn to it; where the draft's are much larger or
     /// smaller, they keep their size.
     pub edge_length: f64,
+    /// Per vertex of the surface the logarithm of the local size relative to the target; empty if it is the same
+    /// everywhere.
+    pub log_size: Vec<f64>,
+    /// Lines that quads near them are to be turned along, polylines in model units.
+    pub strokes: Vec<Vec<DVec3>>,
 }
 
 /// Moves the vertices of a draft over the surface until its quads are valid and then good; quads and anchors stay.
@@ -56,14 +65,34 @@ pub fn optimise(
     let sheet = Sheet::new(surface, target.min(mean));
     let mut state = State::new(&sheet, index, &draft, trace_curves(surface), 0.5 * mean);
     ctx.check()?;
-    let sizes = wanted_sizes(&state, target);
+    let sizes = wanted_sizes(&state, target, &options.log_size);
     untangle(ctx, &mut state, &sizes)?;
     lift_worst(ctx, &mut state, 0.05, 24)?;
-    relax(ctx, &mut state, &sizes, options.iterations)?;
+    let guides = guides(&state, &options.strokes, &sizes);
+    relax(ctx, &mut state, &sizes, &guides, options.iterations)?;
     lift_worst(ctx, &mut state, WORST, if options.iterations > 0 { 8 } else { 0 })?;
     let positions = state.positions;
     draft.mesh.positions = positions;
     Ok(draft)
+}
+
+/// Per quad the direction of a stroke within reach, zero where there is none; empty without strokes.
+fn guides(state: &State<'_>, strokes: &[Vec<DVec3>], sizes: &[f64]) -> Vec<DVec3> {
+    if strokes.is_empty() {
+        return Vec::new();
+    }
+    let nearest = |q: usize| {
+        let p = centre(&state.corners(q));
+        let mut best = (GUIDED * sizes[q], DVec3::ZERO);
+        for ends in strokes.iter().flat_map(|line| line.windows(2)) {
+            let d = closest_on_segment(p, ends[0], ends[1]).1.distance(p);
+            if d < best.0 {
+                best = (d, (ends[1] - ends[0]).normalize_or_zero());
+            }
+        }
+        best.1
+    };
+    (0..state.quads.len()).into_par_iter().map(nearest).collect()
 }
 
 /// Mean edge length of a draft, 0 if it has no quads or indices out of range.
@@ -90,9 +119,11 @@ pub(crate) fn is_sound(surface: &Surface, draft: &QuadDraft) -> bool {
 
 /// Edge length that every quad should have: the target where the draft is near it, its own where it is not, smoothed,
 /// and scaled such that squares of these sizes have the area of the quads.
-fn wanted_sizes(state: &State<'_>, target: f64) -> Vec<f64> {
+fn wanted_sizes(state: &State<'_>, target: f64, log_size: &[f64]) -> Vec<f64> {
+    let targets: Vec<f64> = (0..state.quads.len()).map(|q| target * state.local_size(q, log_size)).collect();
     let areas: Vec<f64> = (0..state.quads.len()).map(|q| 0.5 * area_vector(&state.corners(q)).length()).collect();
-    let mut logs: Vec<f64> = areas.iter().map(|a| (a.max(0.0).sqrt() / target).ln().clamp(-2.5, 2.5)).collect();
+    let mut logs: Vec<f64> =
+        areas.iter().zip(&targets).map(|(a, target)| (a.max(0.0).sqrt() / target).ln().clamp(-2.5, 2.5)).collect();
     for _ in 0..SIZE_ROUNDS {
         let mean = |v: usize| {
             let corners = state.incidence.corners_of(v as u32);
@@ -102,7 +133,7 @@ fn wanted_sizes(state: &State<'_>, target: f64) -> Vec<f64> {
         logs = state.quads.iter().map(|q| 0.25 * q.iter().map(|&v| at_vertices[v as usize]).sum::<f64>()).collect();
     }
     let keep = |log: f64| log * (0.3 + log.abs()).min(1.0);
-    let mut sizes: Vec<f64> = logs.into_iter().map(|log| target * keep(log).exp()).collect();
+    let mut sizes: Vec<f64> = logs.into_iter().zip(&targets).map(|(log, target)| target * keep(log).exp()).collect();
     let wanted: f64 = sizes.iter().map(|s| s * s).sum();
     let scale = (areas.iter().sum::<f64>() / wanted).sqrt();
     if scale > 0.0 && scale.is_finite() {

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::closest_on_triangle;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::optimise::chains::Limit;
@@ -133,6 +134,18 @@ impl<'a> State<'a> {
             .collect();
         self.ups = beneath.iter().map(|&f| self.sheet.normal(f)).collect();
         self.beneath = beneath;
+    }
+
+    /// The local size beneath quad `q`, from the logarithms per vertex of the surface; 1 if there are none.
+    pub(crate) fn local_size(&self, q: usize, log_size: &[f64]) -> f64 {
+        let mesh = &self.sheet.surface().mesh;
+        if log_size.len() != mesh.n_vertices() {
+            return 1.0;
+        }
+        let f = self.beneath[q] as usize;
+        let (weight, _) = closest_on_triangle(centre(&self.corners(q)), &mesh.triangle(f));
+        let face = mesh.face(f);
+        (0..3).map(|k| weight[k] * log_size[face[k] as usize]).sum::<f64>().exp()
     }
 
     /// Corner positions of quad `q`.

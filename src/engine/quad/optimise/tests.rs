@@ -117,7 +117,7 @@ fn noise(n: usize) -> Vec<DVec3> {
 
 fn run(surface: &Surface, draft: QuadDraft, edge_length: f64) -> QuadDraft {
     let index = SurfaceIndex::new(&surface.mesh);
-    let options = OptimiseOptions { iterations: 20, edge_length };
+    let options = OptimiseOptions { iterations: 20, edge_length, log_size: Vec::new(), strokes: Vec::new() };
     super::optimise(&RunContext::silent(), surface, &index, draft, &options).unwrap()
 }
 
@@ -289,7 +289,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn what_does_not_fit_is_left_alone_and_a_stopped_run_stops() {
     let surface = square(2);
-    let options = OptimiseOptions { iterations: 5, edge_length: f64::NAN };
+    let options = OptimiseOptions { iterations: 5, edge_length: f64::NAN, log_size: Vec::new(), strokes: Vec::new() };
     let index = SurfaceIndex::new(&surface.mesh);
     let ctx = RunContext::silent();
     let good = grid(&surface, 2);

@@ -1,0 +1,58 @@
+//! How large the quads are to be where: the wishes of a spec on one surface.
+
+use crate::engine::field::{colour_size, curvature_sizes, graded_sizes};
+use crate::engine::mesh::Surface;
+use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::TriMesh;
+use crate::engine::mesh::TriangleSoup;
+use crate::engine::pipeline::spec::RemeshSpec;
+use crate::engine::run::{Cancelled, RunContext};
+use glam::DVec3;
+
+/// Logarithms of the size per vertex of the surface, relative to `edge_length`; empty if all quads are to be alike.
+/// `origin` is the position of the soup that each vertex comes from. What cannot be heeded is added to the warnings.
+pub(super) fn sizes(
+    ctx: &RunContext,
+    surface: &Surface,
+    origin: &[u32],
+    soup: &TriangleSoup,
+    spec: &RemeshSpec,
+    edge_length: f64,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<f64>, Cancelled> {
+    let mesh = &surface.mesh;
+    let mut wanted = vec![0.0; mesh.n_vertices()];
+    if spec.adaptive_size > 0.0 {
+        let share = 0.01 * spec.adaptive_size;
+        let flags = surface.features.halfedge_flags(mesh);
+        for (wanted, size) in wanted.iter_mut().zip(curvature_sizes(mesh, &flags, edge_length)) {
+            *wanted += share * size;
+        }
+    }
+    if spec.density_from_vertex_colour {
+        if soup.colours.is_empty() {
+            warnings.push("density_from_vertex_colour: the input has no vertex colours".to_owned());
+        }
+        for (wanted, &position) in wanted.iter_mut().zip(origin) {
+            *wanted += soup.colours.get(position as usize).map_or(0.0, |&colour| colour_size(colour));
+        }
+    }
+    let (least, most) = wanted.iter().fold((f64::INFINITY, -f64::INFINITY), |(a, b), &w| (a.min(w), b.max(w)));
+    if most - least < LEAST_SPREAD {
+        return Ok(Vec::new());
+    }
+    graded_sizes(ctx, mesh, &wanted, edge_length)
+}
+
+/// Sizes that differ less than this (logarithms) are all the same.
+const LEAST_SPREAD: f64 = 0.01;
+
+/// The size that a surface's sizes give for a point near it; 0 if they are empty.
+pub(super) fn size_at(mesh: &TriMesh, index: &SurfaceIndex, log_size: &[f64], p: DVec3) -> f64 {
+    if log_size.is_empty() {
+        return 0.0;
+    }
+    let at = index.closest(p);
+    let face = mesh.face(at.face as usize);
+    (0..3).map(|k| at.barycentric[k] * log_size[face[k] as usize]).sum()
+}

@@ -1,0 +1,115 @@
+//! Sizes that vary and lines to follow, from the soup to the certified quads.
+
+use glam::DVec3;
+
+use crate::engine::mesh::TriangleSoup;
+use crate::engine::mesh::shapes::sample_surface;
+use crate::engine::pipeline::{Outcome, RemeshSpec, Target, remesh};
+use crate::engine::quad::QuadMesh;
+use crate::engine::run::RunContext;
+
+fn soup_of(name: &str, triangles: usize) -> TriangleSoup {
+    let mesh = sample_surface(name, triangles).unwrap().mesh;
+    TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces())
+}
+
+/// The certified quads, as many as asked for within 5 %.
+fn certified(soup: &TriangleSoup, quads: u64, spec: RemeshSpec) -> Outcome {
+    let spec = RemeshSpec { target: Target::Quads(quads), ..spec };
+    let outcome = remesh(&RunContext::silent(), soup, &spec).unwrap();
+    assert!(outcome.report.certified, "{:?}", outcome.report.warnings);
+    let off = outcome.quads.quads.len() as f64 / quads as f64 - 1.0;
+    assert!(off.abs() < 0.05, "{off}");
+    outcome
+}
+
+fn corners(quads: &QuadMesh, quad: &[u32; 4]) -> [DVec3; 4] {
+    quad.map(|v| quads.positions[v as usize])
+}
+
+fn centre(quads: &QuadMesh, quad: &[u32; 4]) -> DVec3 {
+    corners(quads, quad).iter().sum::<DVec3>() / 4.0
+}
+
+/// Mean edge length and quads per area of the quads with such centres.
+fn edge_and_density(quads: &QuadMesh, chosen: impl Fn(DVec3) -> bool) -> (f64, f64) {
+    let (mut n, mut length, mut area) = (0.0, 0.0, 0.0);
+    for quad in quads.quads.iter().filter(|quad| chosen(centre(quads, quad))) {
+        let p = corners(quads, quad);
+        n += 1.0;
+        length += (0..4).map(|k| p[k].distance(p[(k + 1) % 4])).sum::<f64>() / 4.0;
+        area += 0.5 * (p[2] - p[0]).cross(p[3] - p[1]).length();
+    }
+    assert!(n > 10.0, "no quads there");
+    (length / n, n / area)
+}
+
+#[test]
+fn quads_are_smaller_where_the_surface_curves_more() {
+    let soup = soup_of("dumbbell", 6000);
+    let ratio = |adaptive_size: f64| {
+        let outcome = certified(&soup, 1500, RemeshSpec { adaptive_size, ..RemeshSpec::default() });
+        let neck = edge_and_density(&outcome.quads, |p| p.x.abs() < 0.4).0;
+        edge_and_density(&outcome.quads, |p| p.x.abs() > 1.2).0 / neck
+    };
+    let (none, half, full) = (ratio(0.0), ratio(50.0), ratio(100.0));
+    assert!(none < 1.2 && half > 1.15 * none && full > 1.15 * half && full > 1.5, "{none} {half} {full}");
+}
+
+#[test]
+fn vertex_colours_scale_the_density() {
+    let mut soup = soup_of("sphere", 6000);
+    let spec = || RemeshSpec { density_from_vertex_colour: true, ..RemeshSpec::default() };
+    let plain = certified(&soup, 2000, spec());
+    assert!(plain.report.warnings.iter().any(|w| w.contains("no vertex colours")), "{:?}", plain.report.warnings);
+    // White at the top, black below.
+    soup.colours = soup.positions.iter().map(|p| if p.z > 0.0 { [1.0; 4] } else { [0.0, 0.0, 0.0, 1.0] }).collect();
+    let ratio = |outcome: &Outcome| {
+        let top = edge_and_density(&outcome.quads, |p| p.z > 0.2).1;
+        top / edge_and_density(&outcome.quads, |p| p.z < -0.5).1
+    };
+    let coloured = certified(&soup, 2000, spec());
+    assert!((0.8..1.25).contains(&ratio(&plain)) && ratio(&coloured) > 8.0, "{} {}", ratio(&plain), ratio(&coloured));
+}
+
+/// A square plate of side 2 in the plane z = 0.
+fn plate(n: u32) -> TriangleSoup {
+    let at = |i: u32| DVec3::new(f64::from(i % (n + 1)), f64::from(i / (n + 1)), 0.0) * (2.0 / f64::from(n));
+    let corner = |f: u32| f / n * (n + 1) + f % n;
+    let split = |f: u32| {
+        let [a, b, c, d] = [0, 1, n + 2, n + 1].map(|k| corner(f) + k);
+        [[a, b, c], [a, c, d]]
+    };
+    let triangles: Vec<[u32; 3]> = (0..n * n).flat_map(split).collect();
+    TriangleSoup::from_triangles((0..(n + 1) * (n + 1)).map(at).collect(), &triangles)
+}
+
+#[test]
+fn quads_follow_a_stroke() {
+    let soup = plate(30);
+    let along = DVec3::new(22f64.to_radians().cos(), 22f64.to_radians().sin(), 0.0);
+    let middle = DVec3::new(1.0, 1.0, 0.0);
+    let stroke = vec![middle - 0.6 * along, middle, middle + 0.6 * along];
+    // Mean angle between the edges and the stroke, modulo quarter turns, next to it and away from its ends.
+    let off = |strokes: Vec<Vec<DVec3>>| {
+        let quads = certified(&soup, 900, RemeshSpec { strokes, ..RemeshSpec::default() }).quads;
+        let (mut n, mut sum) = (0.0, 0.0);
+        for quad in &quads.quads {
+            let p = corners(&quads, quad);
+            let to = centre(&quads, quad) - middle;
+            if to.dot(along).abs() < 0.4 && to.cross(along).length() < 0.05 {
+                let side = p[1] - p[0] + p[2] - p[3];
+                let angle = side.y.atan2(side.x).to_degrees() - 22.0;
+                sum += (angle - 90.0 * (angle / 90.0).round()).abs();
+                n += 1.0;
+            }
+        }
+        assert!(n > 8.0);
+        sum / n
+    };
+    let (without, with) = (off(Vec::new()), off(vec![stroke]));
+    assert!(without > 20.0 && with < 5.0, "{without} {with}");
+    let spec = RemeshSpec { strokes: vec![vec![DVec3::Z, 2.0 * DVec3::Z]], ..RemeshSpec::default() };
+    let far = certified(&soup, 400, spec).report.warnings;
+    assert!(far.iter().any(|w| w.contains("strokes/0")), "{far:?}");
+}
