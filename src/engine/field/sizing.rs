@@ -30,8 +30,8 @@ const LAST_SHIFT: f64 = 0.01;
 /// Halvings of the interval in which the turn per quad is searched for.
 const HALVINGS: usize = 40;
 
-/// Wanted sizes by curvature: the larger absolute principal curvature turns every quad through the same angle, within
-/// the bounds of [`MAX_FACTOR`]; the angle is such that there are as many quads as of the edge length for all.
+/// Wanted sizes by curvature: the larger absolute principal curvature turns every quad through the same angle, from a
+/// quarter to four times the edge length; the angle is such that there are as many quads as of the edge length for all.
 /// `is_feature` is a flag per halfedge: creases are no curvature.
 pub fn curvature_sizes(mesh: &TriMesh, is_feature: &[bool], edge_length: f64) -> Vec<f64> {
     let curvature = largest_curvature(mesh, is_feature, CURVATURE_RADIUS * edge_length);
