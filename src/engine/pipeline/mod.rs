@@ -12,6 +12,7 @@ mod road;
 mod spec;
 mod working;
 
+pub use crate::engine::attributes::{Preserve, QuadAttributes};
 pub use crate::engine::certify::QuadReport;
 pub use check::check;
 pub use error::RemeshError;

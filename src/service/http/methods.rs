@@ -44,7 +44,7 @@ pub(super) async fn list_methods() -> Json<MethodList> {
                 "follow strokes, or ignore the boundary (strokes, boundary: free)",
                 "exact mirror symmetry (symmetry)",
                 "quad-dominant meshes (output)",
-                "carry materials, colours, texture coordinates or skin weights to the quads (preserve)",
+                "carry skin weights to the quads, or what a material is besides its name (preserve)",
                 "find sharp edges by split vertex normals (features.normals)",
                 "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
             ],
