@@ -10,6 +10,8 @@ mod remesh;
 mod report;
 mod road;
 mod spec;
+#[cfg(test)]
+mod tests;
 mod working;
 
 pub use crate::engine::attributes::{Preserve, QuadAttributes};

@@ -32,4 +32,6 @@ pub use read::read_soup;
 pub use soup_builder::ReadLimits;
 
 #[cfg(test)]
+mod attribute_tests;
+#[cfg(test)]
 mod tests;

@@ -33,7 +33,10 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         "bufferViews": [{"buffer": 0, "byteLength": 36, "extensions": {"EXT_meshopt_compression": compressed}}],
         "buffers": [{"byteLength": n, "uri": format!("data:;base64,{data}")}],
     });
+    let (painted, attributes) = super::attribute_tests::painted();
     vec![
+        (Format::Obj, write_quads(&painted, &attributes, QuadFormat::Obj)),
+        (Format::Glb, write_quads(&painted, &attributes, QuadFormat::Glb)),
         (Format::Obj, obj),
         (Format::Glb, glb),
         (Format::Gltf, meshopt.to_string().into_bytes()),
