@@ -13,6 +13,7 @@ const FLOORS: &[&str] = &[
     "parameterize",
     "quad",
     "fallback",
+    "attributes",
     "certify",
     "render",
     "methods",

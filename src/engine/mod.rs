@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! run ← numerics ← mesh ← topology ← field ← parameterize ← quad ← fallback ┐
-//!                                                            certify, render ┴← methods ← pipeline
+//!                                                attributes, certify, render ┴← methods ← pipeline
 //! ```
 //!
 //! Stages are functions from plain results to a plain result, with the [`run::RunContext`] first. All methods end in
 //! the same doors and share one extractor, one certificate and one report. `tests/architecture.rs` holds the plan.
 
+pub mod attributes;
 pub mod certify;
 pub mod fallback;
 pub mod field;

@@ -1,6 +1,7 @@
 //! The service from outside, over real sockets. `scripted` stands in for the geometry where a test is about the life of
 //! jobs; every other test runs the real thing.
 
+mod attributes;
 mod bad_meshes;
 mod child;
 mod client;

@@ -1,5 +1,7 @@
 //! What a file says: polygons over positions, nothing proved but that indices are in range.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 /// Polygons of any degree over a list of positions, as read from a file. Readers guarantee that every index is below
@@ -13,6 +15,9 @@ pub struct TriangleSoup {
     pub indices: Vec<u32>,
     /// End of each polygon in `indices`.
     pub polygon_ends: Vec<u32>,
+    /// Texture coordinates per corner, parallel to `indices`, v upwards, finite; or empty. They belong to corners, so that
+    /// vertices may be welded.
+    pub uv: Vec<[f32; 2]>,
     /// RGBA per vertex, 0 to 1, or empty.
     pub colours: Vec<[f32; 4]>,
     /// Index into `material_names` per polygon, or empty.
@@ -36,10 +41,15 @@ impl TriangleSoup {
         self.polygon_ends.len()
     }
 
+    /// Where the corners of polygon `p` stand in `indices`.
+    pub fn corners_of(&self, p: usize) -> Range<usize> {
+        let start = if p == 0 { 0 } else { self.polygon_ends[p - 1] as usize };
+        start..self.polygon_ends[p] as usize
+    }
+
     /// Corners of polygon `p`.
     pub fn polygon(&self, p: usize) -> &[u32] {
-        let start = if p == 0 { 0 } else { self.polygon_ends[p - 1] as usize };
-        &self.indices[start..self.polygon_ends[p] as usize]
+        &self.indices[self.corners_of(p)]
     }
 
     /// All polygons in order.

@@ -1,5 +1,7 @@
 //! The engine's only door: a soup and a spec in, quads, map and report out.
 
+#[cfg(test)]
+mod attribute_tests;
 mod check;
 mod component;
 mod error;
@@ -15,6 +17,7 @@ mod spec;
 mod tests;
 mod working;
 
+pub use crate::engine::attributes::{Preserve, QuadAttributes};
 pub use crate::engine::certify::QuadReport;
 pub use check::check;
 pub use error::RemeshError;

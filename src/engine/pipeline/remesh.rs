@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::engine::attributes::{Origin, Preserve, QuadAttributes, carry};
 use crate::engine::certify::certify;
 use crate::engine::field::strokes_off_surface;
 use crate::engine::mesh::Conditioned;
@@ -31,6 +32,8 @@ use crate::engine::run::StopReason;
 pub struct Outcome {
     /// The quads of all components.
     pub quads: QuadMesh,
+    /// What they carry of the input.
+    pub attributes: QuadAttributes,
     /// The parameterisation of the components that have one.
     pub map: Option<MapOutcome>,
     /// The conditioned surface, for certifying the quads again after they were written and re-read.
@@ -59,7 +62,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let edge_length = edge_length(&conditioned, spec)?;
     let features =
         ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
-    let Conditioned { mesh, repairs, mut warnings, origin, .. } = conditioned;
+    let Conditioned { mesh, polygon, repairs, mut warnings, origin, .. } = conditioned;
     let mut surface = Surface { mesh, features };
     let log_size = ctx.stage(Stage::Features, || {
         sizes(ctx, &surface, &origin, soup, spec, edge_length, &mut warnings).map_err(RemeshError::from)
@@ -77,12 +80,27 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     warn_of(&solved, &mut warnings);
     let map = assemble_map(&components, &solved);
     let mut draft = QuadDraft::default();
-    for s in solved {
+    let mut component = Vec::new();
+    for (c, s) in (0..).zip(solved) {
         draft.append(s.draft);
+        component.resize(draft.mesh.quads.len(), c);
     }
-    let certificate = ctx.stage(Stage::Certify, || {
-        certify(ctx, &surface, &SurfaceIndex::new(&surface.mesh), &draft.mesh).map_err(RemeshError::from)
-    })?;
+    let index = SurfaceIndex::new(&surface.mesh);
+    let certificate =
+        ctx.stage(Stage::Certify, || certify(ctx, &surface, &index, &draft.mesh).map_err(RemeshError::from))?;
+    let attributes = if certificate.certified && has_attributes(soup, spec.preserve) {
+        let origin = Origin::new(soup, &surface.mesh, &polygon, &index);
+        match ctx.stage(Stage::Write, || carry(ctx, &origin, &draft.mesh, &component, spec.preserve)) {
+            // The quads are there: they are worth more than what they would have carried.
+            Err(Cancelled(StopReason::Deadline)) => {
+                warnings.push("the deadline passed before attributes were carried to the quads".to_owned());
+                QuadAttributes::default()
+            }
+            carried => carried?,
+        }
+    } else {
+        QuadAttributes::default()
+    };
     warnings.extend(certificate.violations.iter().map(ToString::to_string));
     let topology = surface.mesh.topology();
     let report = Report {
@@ -106,7 +124,13 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
         warnings,
     };
     ctx.progress(0.97);
-    Ok(Outcome { quads: draft.mesh, map, surface, report })
+    Ok(Outcome { quads: draft.mesh, attributes, map, surface, report })
+}
+
+fn has_attributes(soup: &TriangleSoup, wanted: Preserve) -> bool {
+    wanted.materials && !soup.materials.is_empty()
+        || wanted.vertex_colours && !soup.colours.is_empty()
+        || wanted.uv && !soup.uv.is_empty()
 }
 
 pub(super) fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Result<f64, RemeshError> {

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::engine::attributes::Preserve;
+
 /// Which system runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
@@ -105,6 +107,8 @@ pub struct RemeshSpec {
     pub optimise: Optimise,
     /// Where the parameterisation lives.
     pub working_mesh: WorkingMesh,
+    /// Attributes carried to the quads, where the input has them.
+    pub preserve: Preserve,
     /// Cut non-orientable components open instead of refusing them.
     pub cut_non_orientable: bool,
     /// Seed of every random choice.
@@ -126,6 +130,7 @@ impl Default for RemeshSpec {
             strokes: Vec::new(),
             optimise: Optimise::default(),
             working_mesh: WorkingMesh::default(),
+            preserve: Preserve::default(),
             cut_non_orientable: false,
             seed: 0,
         }

@@ -30,7 +30,7 @@ pub enum Stage {
     Optimise,
     /// Certificate and measures.
     Certify,
-    /// Results to bytes.
+    /// Attributes to the quads, results to bytes.
     Write,
 }
 

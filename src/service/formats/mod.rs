@@ -2,6 +2,7 @@
 //! ever read but the bytes given.
 
 mod archive;
+mod corner_uv;
 mod error;
 mod format;
 mod glb_container;
@@ -15,6 +16,8 @@ mod obj;
 mod ply;
 mod quads;
 mod quads_glb;
+mod quads_obj;
+mod quads_usda;
 mod read;
 mod soup_builder;
 mod stl;
@@ -28,5 +31,7 @@ pub use quads::{read_quads, write_quads};
 pub use read::read_soup;
 pub use soup_builder::ReadLimits;
 
+#[cfg(test)]
+mod attribute_tests;
 #[cfg(test)]
 mod tests;

@@ -29,13 +29,19 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
     }
 }
 
-/// Reads polygons of any degree, vertex colours and materials. Objects, groups, normals, texture coordinates and
+/// Reads polygons of any degree, vertex colours, texture coordinates and materials. Objects, groups, normals and
 /// statements that are not known are passed over.
 ///
 /// # Errors
 /// [`ReadError`] with the line.
 pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, ReadError> {
-    let mut reader = Reader { builder: SoupBuilder::new(limits), corners: Vec::new(), highest: None };
+    let mut reader = Reader {
+        builder: SoupBuilder::new(limits),
+        corners: Vec::new(),
+        highest: None,
+        uv: Vec::new(),
+        named_uv: Vec::new(),
+    };
     let mut rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let newline = if rest.contains(&b'\n') { b'\n' } else { b'\r' };
     let (mut number, mut joined) = (0, Vec::new());
@@ -71,6 +77,11 @@ struct Reader {
     corners: Vec<u32>,
     /// The highest vertex named so far and the line that names it: vertices may follow the faces that name them.
     highest: Option<(u32, usize)>,
+    /// Texture coordinates in order.
+    uv: Vec<[f32; 2]>,
+    /// Per corner the texture coordinates that it names, [`u32::MAX`] for none; empty as long as no corner does. They may
+    /// follow the faces that name them, too.
+    named_uv: Vec<u32>,
 }
 
 impl Reader {
@@ -78,6 +89,10 @@ impl Reader {
         let line = line.trim_ascii_start();
         match line {
             [b'v', b' ' | b'\t', rest @ ..] => self.vertex(rest, number),
+            [b'v', b't', b' ' | b'\t', rest @ ..] => {
+                self.texture(rest);
+                Ok(())
+            }
             [b'f', b' ' | b'\t', rest @ ..] => self.face(rest, number),
             [b'u', b's', b'e', b'm', b't', b'l', b' ' | b'\t', name @ ..] => {
                 self.builder.material(&String::from_utf8_lossy(name.trim_ascii()));
@@ -108,6 +123,27 @@ impl Reader {
         Ok(())
     }
 
+    /// `u`, `u v` or `u v w`. What is no number is the origin: shape does not depend on it.
+    fn texture(&mut self, rest: &[u8]) {
+        let mut values = words(rest).map(|word| decimal(word).unwrap_or(0.0) as f32);
+        self.uv.push([values.next().unwrap_or(0.0), values.next().unwrap_or(0.0)]);
+    }
+
+    /// Notes what the second number of a corner, `text`, names.
+    fn name_uv(&mut self, text: &[u8]) {
+        let end = text.iter().position(|&b| b == b'/').unwrap_or(text.len());
+        let named = match integer(&text[..end]) {
+            Some(index @ 1..) => u32::try_from(index - 1).ok(),
+            Some(index @ ..=-1) => u32::try_from(index + self.uv.len() as i64).ok(),
+            _ => None,
+        };
+        if let Some(named) = named {
+            // The corners of this face before this one are no corners of the soup yet.
+            self.named_uv.resize(self.builder.n_corners() + self.corners.len(), u32::MAX);
+            self.named_uv.push(named);
+        }
+    }
+
     fn face(&mut self, rest: &[u8], number: usize) -> Result<(), ReadError> {
         let n = self.builder.n_vertices();
         self.corners.clear();
@@ -126,15 +162,25 @@ impl Reader {
             if self.highest.is_none_or(|(highest, _)| corner > highest) {
                 self.highest = Some((corner, number));
             }
+            if let Some(text) = word.get(end + 1..) {
+                self.name_uv(text);
+            }
             self.corners.push(corner);
         }
-        self.builder.polygon(&self.corners)
+        self.builder.polygon(&self.corners)?;
+        self.named_uv.truncate(self.builder.n_corners());
+        Ok(())
     }
 
-    fn finish(self) -> Result<TriangleSoup, ReadError> {
+    fn finish(mut self) -> Result<TriangleSoup, ReadError> {
         let n = self.builder.n_vertices();
         if let Some((highest, line)) = self.highest.filter(|&(highest, _)| highest as usize >= n) {
             return Err(out_of_range(line, i64::from(highest) + 1, n));
+        }
+        let uv = |&named: &u32| self.uv.get(named as usize).copied();
+        if self.named_uv.iter().any(|named| uv(named).is_some()) {
+            self.named_uv.resize(self.builder.n_corners(), u32::MAX);
+            self.builder.uv(self.named_uv.iter().map(|named| uv(named).unwrap_or([0.0; 2])));
         }
         self.builder.finish(OBJ)
     }
@@ -189,6 +235,18 @@ mod tests {
         let bytes = read_text("v 0 0 0 255 0 0\nv 1 0 0 0 0 51\nv 0 1 0\nf 1 2 3").unwrap();
         assert_eq!(bytes.colours[1], [0.0, 0.0, 0.2, 1.0]);
         assert_eq!(bytes.colours[2], [1.0; 4]);
+    }
+
+    #[test]
+    fn texture_coordinates_belong_to_corners() {
+        let text =
+            "vt 0.25 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1/1 2//1 3/-1/1\nf 1/7 2\nf 3 2/2/3 1/9\nvt 0.5\nf 1 2 3";
+        let soup = read_text(text).unwrap();
+        let (none, one, two) = ([0.0; 2], [0.25, 1.0], [0.5, 0.0]);
+        let expected = [none, none, none, one, none, one, none, two, none, none, none, none];
+        assert_eq!((soup.n_polygons(), soup.uv), (4, expected.to_vec()));
+        assert!(read_text("vt 0 0\nv 0 0 0\nf 1/3 1/x 1/0").unwrap().uv.is_empty());
+        assert_eq!(read_text("vt nan x\nv 0 0 0\nf 1/1 1/1 1/1").unwrap().uv, [none; 3]);
     }
 
     #[test]

@@ -4,22 +4,28 @@ use super::error::ReadError;
 use super::format::{Format, QuadFormat};
 use super::read::read_soup;
 use super::soup_builder::ReadLimits;
-use super::text_writer::push_line;
-use super::{ply, quads_glb, usda};
+use super::{ply, quads_glb, quads_obj, quads_usda, usda};
+use crate::engine::attributes::QuadAttributes;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::quad::QuadMesh;
 
 /// Writes quads. Vertices keep their order in every format, so that an index means the same in every file and in the
 /// mesh; quads keep their first corner except in GLB. Positions re-read to the same numbers from OBJ, PLY and USDA, and
-/// to the nearest single precision numbers from GLB. OBJ groups the quads by component, in order of their first quads.
+/// to the nearest single precision numbers from GLB. OBJ groups the quads by component, in order of their first quads,
+/// and within each by material; GLB has one primitive per material.
 ///
-/// The indices of the quads must be in range. Positions should be finite; others are written as the format can.
-pub fn write_quads(quads: &QuadMesh, format: QuadFormat) -> Vec<u8> {
+/// Colours are in all formats (in OBJ without opacity), texture coordinates and materials in all but PLY. In GLB a
+/// vertex whose quads disagree about its texture coordinates is there several times; its copies follow all vertices,
+/// and the attribute `_VERTEX` says whose copies they are.
+///
+/// The indices of the quads and materials must be in range, and lists of attributes as long as they must be or empty.
+/// Positions should be finite; others are written as the format can.
+pub fn write_quads(quads: &QuadMesh, attributes: &QuadAttributes, format: QuadFormat) -> Vec<u8> {
     match format {
-        QuadFormat::Obj => write_obj(quads),
-        QuadFormat::Glb => quads_glb::write(quads),
-        QuadFormat::Ply => ply::write(quads),
-        QuadFormat::Usda => usda::write(quads),
+        QuadFormat::Obj => quads_obj::write(quads, attributes),
+        QuadFormat::Glb => quads_glb::write(quads, attributes),
+        QuadFormat::Ply => ply::write(quads, attributes),
+        QuadFormat::Usda => quads_usda::write(quads, attributes),
     }
 }
 
@@ -52,58 +58,6 @@ fn quads_of(soup: TriangleSoup, format: &'static str) -> Result<QuadMesh, ReadEr
     });
     let quads = quads.collect::<Result<_, _>>()?;
     Ok(QuadMesh { positions: soup.positions, quads })
-}
-
-fn write_obj(quads: &QuadMesh) -> Vec<u8> {
-    let mut out = Vec::with_capacity(60 * quads.positions.len() + 30 * quads.quads.len());
-    out.extend_from_slice(b"# quads by Quadrille\n");
-    for p in &quads.positions {
-        push_line(&mut out, format_args!("v {} {} {}", p.x, p.y, p.z));
-    }
-    let component = components(quads);
-    let mut order: Vec<u32> = (0..quads.quads.len() as u32).collect();
-    order.sort_by_key(|&q| component[q as usize]);
-    let mut current = None;
-    for q in order {
-        if current != Some(component[q as usize]) {
-            current = Some(component[q as usize]);
-            push_line(&mut out, format_args!("o component_{}", component[q as usize] + 1));
-        }
-        let [a, b, c, d] = quads.quads[q as usize].map(|v| u64::from(v) + 1);
-        push_line(&mut out, format_args!("f {a} {b} {c} {d}"));
-    }
-    out
-}
-
-/// The component of each quad (joined by vertices), numbered in order of the first quad.
-fn components(quads: &QuadMesh) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..quads.positions.len() as u32).collect();
-    for quad in &quads.quads {
-        let a = root(&mut parent, quad[0]);
-        for &v in &quad[1..] {
-            let b = root(&mut parent, v);
-            parent[b as usize] = a;
-        }
-    }
-    let mut number = vec![u32::MAX; parent.len()];
-    let mut n = 0;
-    let of_quad = quads.quads.iter().map(|quad| {
-        let root = root(&mut parent, quad[0]) as usize;
-        if number[root] == u32::MAX {
-            number[root] = n;
-            n += 1;
-        }
-        number[root]
-    });
-    of_quad.collect()
-}
-
-fn root(parent: &mut [u32], mut v: u32) -> u32 {
-    while parent[v as usize] != v {
-        parent[v as usize] = parent[parent[v as usize] as usize];
-        v = parent[v as usize];
-    }
-    v
 }
 
 #[cfg(test)]
@@ -152,9 +106,9 @@ pub(super) mod tests {
         let mesh = cube(3);
         assert_eq!((mesh.positions.len(), mesh.quads.len()), (56, 54));
         for format in [QuadFormat::Obj, QuadFormat::Ply, QuadFormat::Usda] {
-            let bytes = write_quads(&mesh, format);
+            let bytes = write_quads(&mesh, &QuadAttributes::default(), format);
             assert_eq!(read_quads(&bytes, format).unwrap(), mesh, "{format:?}");
-            assert_eq!(bytes, write_quads(&mesh, format));
+            assert_eq!(bytes, write_quads(&mesh, &QuadAttributes::default(), format));
         }
     }
 
@@ -169,7 +123,7 @@ pub(super) mod tests {
         for (a, b) in first.iter().zip(other.quads) {
             two.quads.extend([*a, b.map(|v| v + shift)]);
         }
-        let text = String::from_utf8(write_quads(&two, QuadFormat::Obj)).unwrap();
+        let text = String::from_utf8(write_quads(&two, &QuadAttributes::default(), QuadFormat::Obj)).unwrap();
         let objects: Vec<_> = text.lines().filter(|line| line.starts_with("o ")).collect();
         assert_eq!(objects, ["o component_1", "o component_2"]);
         let back = read_quads(text.as_bytes(), QuadFormat::Obj).unwrap();

@@ -72,6 +72,10 @@ impl SoupBuilder {
         self.soup.positions.len()
     }
 
+    pub(super) fn n_corners(&self) -> usize {
+        self.soup.indices.len()
+    }
+
     pub(super) fn vertex(&mut self, position: DVec3) -> Result<(), ReadError> {
         self.claim_vertices(1)?;
         self.soup.positions.push(position);
@@ -122,7 +126,18 @@ impl SoupBuilder {
         if let Some(material) = self.material {
             self.soup.materials.push(material);
         }
+        if !self.soup.uv.is_empty() {
+            self.soup.uv.resize(self.soup.indices.len(), [0.0; 2]);
+        }
         Ok(())
+    }
+
+    /// Gives the last corners texture coordinates, v upwards; corners without are at the origin as soon as one has some.
+    pub(super) fn uv(&mut self, uv: impl ExactSizeIterator<Item = [f32; 2]>) {
+        let first = self.soup.indices.len() - uv.len().min(self.soup.indices.len());
+        self.soup.uv.resize(first, [0.0; 2]);
+        self.soup.uv.extend(uv.map(|uv| uv.map(|c| if c.is_finite() { c } else { 0.0 })));
+        self.soup.uv.resize(self.soup.indices.len(), [0.0; 2]);
     }
 
     /// Counts polygons that were left out. They count against the limit: instances of a mesh that is nothing but such

@@ -8,19 +8,20 @@ use serde_json::json;
 use super::map::tests::with_square;
 use super::quads::tests::cube;
 use super::*;
+use crate::engine::attributes::QuadAttributes;
 use crate::engine::mesh::TriangleSoup;
 
 /// Valid files of every format that is read, small.
 fn samples() -> Vec<(Format, Vec<u8>)> {
     let mesh = cube(2);
-    let obj = write_quads(&mesh, QuadFormat::Obj);
+    let obj = write_quads(&mesh, &QuadAttributes::default(), QuadFormat::Obj);
     let mut stl = vec![b' '; 80];
     stl.extend(2u32.to_le_bytes());
     stl.extend((0..24u32).flat_map(|i| (i as f32).to_le_bytes()).chain([0; 4]));
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
     zip.start_file("mesh.obj", zip::write::SimpleFileOptions::default()).unwrap();
     std::io::Write::write_all(&mut zip, &obj).unwrap();
-    let glb = write_quads(&mesh, QuadFormat::Glb);
+    let glb = write_quads(&mesh, &QuadAttributes::default(), QuadFormat::Glb);
     let encoded = ::meshopt::encode_vertex_buffer(&[[0f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).unwrap();
     let n = encoded.len();
     let data = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, encoded);
@@ -32,13 +33,16 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         "bufferViews": [{"buffer": 0, "byteLength": 36, "extensions": {"EXT_meshopt_compression": compressed}}],
         "buffers": [{"byteLength": n, "uri": format!("data:;base64,{data}")}],
     });
+    let (painted, attributes) = super::attribute_tests::painted();
     vec![
+        (Format::Obj, write_quads(&painted, &attributes, QuadFormat::Obj)),
+        (Format::Glb, write_quads(&painted, &attributes, QuadFormat::Glb)),
         (Format::Obj, obj),
         (Format::Glb, glb),
         (Format::Gltf, meshopt.to_string().into_bytes()),
         (Format::Glb, with_square(|map| write_map(map, MapFormat::Glb))),
         (Format::Obj, with_square(|map| write_map(map, MapFormat::Obj))),
-        (Format::Ply, write_quads(&mesh, QuadFormat::Ply)),
+        (Format::Ply, write_quads(&mesh, &QuadAttributes::default(), QuadFormat::Ply)),
         (Format::Ply, b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_vec()),
         (Format::Stl, stl),
         (Format::Stl, b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n".to_vec()),
@@ -55,6 +59,8 @@ fn assert_sound(soup: &TriangleSoup) {
     assert_eq!(soup.polygon_ends.last().map(|&end| end as usize), Some(soup.indices.len()));
     assert!(soup.colours.is_empty() || soup.colours.len() == soup.positions.len());
     assert!(soup.colours.iter().flatten().all(|c| (0.0..=1.0).contains(c)));
+    assert!(soup.uv.is_empty() || soup.uv.len() == soup.indices.len());
+    assert!(soup.uv.iter().flatten().all(|c| c.is_finite()));
     assert!(soup.materials.is_empty() || soup.materials.len() == soup.n_polygons());
     assert!(soup.materials.iter().all(|&m| (m as usize) < soup.material_names.len()));
 }
@@ -91,7 +97,7 @@ fn every_truncation_ends_in_a_result() {
         }
         assert!(read_soup(&[], Some(format), &small()).is_err());
     }
-    let usda = write_quads(&cube(1), QuadFormat::Usda);
+    let usda = write_quads(&cube(1), &QuadAttributes::default(), QuadFormat::Usda);
     for end in 0..usda.len() - 3 {
         assert!(read_quads(&usda[..end], QuadFormat::Usda).is_err(), "{end}");
     }
@@ -117,7 +123,7 @@ proptest! {
         edits in proptest::collection::vec((any::<u16>(), any::<u8>(), 0..4u8), 1..6),
         end in any::<u16>(),
     ) {
-        let usda = (None, write_quads(&cube(1), QuadFormat::Usda));
+        let usda = (None, write_quads(&cube(1), &QuadAttributes::default(), QuadFormat::Usda));
         for (format, mut bytes) in samples().into_iter().map(|(f, b)| (Some(f), b)).chain([usda]) {
             for &(at, value, kind) in &edits {
                 let at = at as usize % bytes.len();

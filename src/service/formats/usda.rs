@@ -1,53 +1,13 @@
-//! Universal Scene Description as text: writing quads and reading them back.
+//! Reading Universal Scene Description as text, as far as quads are written to it.
 
 use glam::DVec3;
 
 use super::error::ReadError;
 use super::number::{decimal, integer};
 use super::soup_builder::{ReadLimits, SoupBuilder};
-use super::text_writer::{push, push_line};
 use crate::engine::mesh::TriangleSoup;
-use crate::engine::quad::QuadMesh;
 
 const USDA: &str = "USDA";
-
-/// One `Mesh` without subdivision. The schema knows points as `point3f` only, and importers look for nothing else; the
-/// text holds all digits all the same, so that a reader in double precision finds the same numbers.
-pub(super) fn write(mesh: &QuadMesh) -> Vec<u8> {
-    let mut out = Vec::with_capacity(64 * mesh.positions.len() + 32 * mesh.quads.len() + 512);
-    out.extend_from_slice(
-        b"#usda 1.0\n(\n    defaultPrim = \"quads\"\n    upAxis = \"Y\"\n)\n\ndef Mesh \"quads\"\n{\n",
-    );
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for &p in &mesh.positions {
-        low = low.min(p);
-        high = high.max(p);
-    }
-    if !mesh.positions.is_empty() {
-        push_line(&mut out, format_args!("    float3[] extent = [{}, {}]", Tuple(low), Tuple(high)));
-    }
-    push_list(&mut out, "int[] faceVertexCounts", mesh.quads.iter().map(|_| "4"));
-    push_list(&mut out, "int[] faceVertexIndices", mesh.quads.iter().flatten());
-    push_list(&mut out, "point3f[] points", mesh.positions.iter().map(|&p| Tuple(p)));
-    out.extend_from_slice(b"    uniform token subdivisionScheme = \"none\"\n}\n");
-    out
-}
-
-struct Tuple(DVec3);
-
-impl std::fmt::Display for Tuple {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "({}, {}, {})", self.0.x, self.0.y, self.0.z)
-    }
-}
-
-fn push_list<T: std::fmt::Display>(out: &mut Vec<u8>, name: &str, items: impl Iterator<Item = T>) {
-    push(out, format_args!("    {name} = ["));
-    for (i, item) in items.enumerate() {
-        push(out, format_args!("{}{item}", if i == 0 { "" } else { ", " }));
-    }
-    out.extend_from_slice(b"]\n");
-}
 
 /// Reads all `Mesh` prims as polygons. Transforms, references and time samples are beyond this reader.
 ///

@@ -43,7 +43,7 @@ pub(super) async fn list_methods() -> Json<MethodList> {
                 "ignore the boundary (boundary: free)",
                 "exact mirror symmetry (symmetry)",
                 "quad-dominant meshes (output)",
-                "carry materials, colours, texture coordinates or skin weights to the quads (preserve)",
+                "carry skin weights to the quads, or what a material is besides its name (preserve)",
                 "find sharp edges by split vertex normals (features.normals)",
                 "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
             ],

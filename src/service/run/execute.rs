@@ -130,7 +130,7 @@ fn write(ctx: &RunContext, outcome: Outcome, wanted: &Wanted) -> Result<Products
     let mut quads: Vec<(QuadFormat, Vec<u8>)> = Vec::new();
     let mut proved: Option<QuadMesh> = None;
     for &format in &wanted.quads {
-        let bytes = write_quads(&outcome.quads, format);
+        let bytes = write_quads(&outcome.quads, &outcome.attributes, format);
         let again = read_quads(&bytes, format).map_err(|error| not_certified(&error.to_string()))?;
         if proved.as_ref().is_some_and(|proved| *proved == again) {
             quads.push((format, bytes));

@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use crate::engine::pipeline::{Align, Boundary, FeatureSpec, Method, Optimise, RemeshSpec, Target, WorkingMesh};
+use crate::engine::pipeline::{
+    Align, Boundary, FeatureSpec, Method, Optimise, Preserve, RemeshSpec, Target, WorkingMesh,
+};
 use crate::service::wire::fields::Fields;
 use crate::service::wire::spec_types::{
     AlignName, AttributeName, BoundaryName, FeaturesBody, MethodName, NonOrientable, OptimiseName, OutputName,
@@ -56,7 +58,7 @@ pub struct RemeshRequest {
     pub output: OutputName,
     /// May the parameterisation live on a remeshed copy of the input?
     pub working_mesh: WorkingMeshName,
-    /// Attributes carried to the quads; this version carries none.
+    /// Attributes carried to the quads where the input has them; `skin` is not available in this version.
     pub preserve: Vec<AttributeName>,
     /// What is done with surfaces that have no consistent orientation (an extension of the contract).
     pub non_orientable: NonOrientable,
@@ -89,7 +91,7 @@ impl Default for RemeshRequest {
             symmetry: Vec::new(),
             output: OutputName::default(),
             working_mesh: WorkingMeshName::default(),
-            preserve: Vec::new(),
+            preserve: vec![AttributeName::Materials, AttributeName::VertexColours, AttributeName::Uv],
             non_orientable: NonOrientable::default(),
             seed: 0,
             deadline_s: 300.0,
@@ -239,8 +241,8 @@ impl RemeshRequest {
         refuse(!self.symmetry.is_empty(), "/symmetry", unavailable("exact symmetry is"));
         let dominant = unavailable("quad-dominant output is");
         refuse(self.output != OutputName::Pure, "/output", dominant);
-        let preserve = format!("{}; leave it out or give []", unavailable("carrying attributes to the quads is"));
-        refuse(!self.preserve.is_empty(), "/preserve", preserve);
+        let skin = unavailable("carrying joints and weights to the quads is");
+        refuse(self.preserve.contains(&AttributeName::Skin), "/preserve", skin);
         let message = format!("must be above 0 and at most {MAX_DEADLINE_S} seconds, not {}", self.deadline_s);
         refuse(!(self.deadline_s > 0.0 && self.deadline_s <= MAX_DEADLINE_S), "/deadline_s", message);
         refuse(self.tags.len() > MAX_TAGS, "/tags", format!("at most {MAX_TAGS} tags, not {}", self.tags.len()));
@@ -289,6 +291,11 @@ impl RemeshRequest {
             working_mesh: match self.working_mesh {
                 WorkingMeshName::Auto => WorkingMesh::Auto,
                 WorkingMeshName::Input => WorkingMesh::Input,
+            },
+            preserve: Preserve {
+                materials: self.preserve.contains(&AttributeName::Materials),
+                vertex_colours: self.preserve.contains(&AttributeName::VertexColours),
+                uv: self.preserve.contains(&AttributeName::Uv),
             },
             cut_non_orientable: self.non_orientable == NonOrientable::Cut,
             seed: self.seed,
@@ -357,7 +364,7 @@ mod tests {
         let cases = [
             ("output", json!("dominant")),
             ("webhook", json!("http://127.0.0.1/")),
-            ("preserve", json!(["uv"])),
+            ("preserve", json!(["uv", "skin"])),
             ("method", json!("layout")),
             ("boundary", json!("free")),
         ];
@@ -379,6 +386,16 @@ mod tests {
         for size in [-1.0, 100.5] {
             assert_eq!(pointers(json!({ "adaptive_size": size })), ["/adaptive_size"]);
         }
+    }
+
+    #[test]
+    fn every_attribute_is_carried_unless_some_are_named() {
+        let preserve = |spec: Value| ResolvedSpec::from_value(spec).unwrap().spec.preserve;
+        let (none, all) = (Preserve { materials: false, vertex_colours: false, uv: false }, Preserve::default());
+        assert_eq!(preserve(json!({})), all);
+        assert_eq!(preserve(json!({"preserve": ["uv", "materials", "vertex_colours", "uv"]})), all);
+        assert_eq!(preserve(json!({"preserve": []})), none);
+        assert_eq!(preserve(json!({"preserve": ["vertex_colours"]})), Preserve { vertex_colours: true, ..none });
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub(super) struct Decoded {
     /// Three per vertex.
     pub(super) positions: Vec<f64>,
     pub(super) colours: Option<Vec<[f32; 4]>>,
+    /// With v upwards.
+    pub(super) uv: Option<Vec<[f32; 2]>>,
     /// In range.
     pub(super) triangles: Vec<[u32; 3]>,
 }
@@ -77,12 +79,17 @@ fn decompress(
     };
     let position = attribute("POSITION").filter(|position| position.num_components() == 3);
     let position = position.ok_or_else(|| malformed(place, "the Draco stream holds no POSITION"))?;
+    let full = |attribute: &PointAttribute| match attribute.data_type().byte_length() {
+        1 => 255.0,
+        2 => 65535.0,
+        _ => 1.0,
+    };
+    let uv = attribute("TEXCOORD_0").filter(|uv| uv.num_components() == 2).map(|uv| {
+        let (values, full) = (uv.read_f32s(n, 2), full(uv));
+        values.chunks_exact(2).map(|c| [c[0] / full, 1.0 - c[1] / full]).collect()
+    });
     let colours = attribute("COLOR_0").filter(|colour| colour.num_components() >= 3).map(|colour| {
-        let full = match colour.data_type().byte_length() {
-            1 => 255.0,
-            2 => 65535.0,
-            _ => 1.0,
-        };
+        let full = full(colour);
         let has_alpha = colour.num_components() == 4;
         let values = colour.read_f32s(n, 4);
         values
@@ -95,5 +102,5 @@ fn decompress(
         let (place, index, count) = (place.to_owned(), i64::from(index), n as u64);
         return Err(ReadError::IndexOutOfRange { format: super::GLTF, place, index, count });
     }
-    Ok(Decoded { positions: position.read_f32s(n, 3).into_iter().map(f64::from).collect(), colours, triangles })
+    Ok(Decoded { positions: position.read_f32s(n, 3).into_iter().map(f64::from).collect(), colours, uv, triangles })
 }

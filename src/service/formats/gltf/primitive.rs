@@ -1,6 +1,7 @@
-//! The primitives of a mesh: positions, colours, triangles.
+//! The primitives of a mesh: positions, colours, texture coordinates, triangles.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use glam::{DMat4, DVec3};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -17,7 +18,26 @@ use super::scene::Instance;
 /// What an instance has appended so far: primitives that share their positions share the vertices, too.
 #[derive(Default)]
 struct Appended {
-    first_vertex: BTreeMap<(usize, Option<usize>), u32>,
+    vertices: BTreeMap<[Option<usize>; 3], Vertices>,
+    uv: BTreeMap<usize, Rc<Vec<[f32; 2]>>>,
+}
+
+/// Vertices of a primitive in the soup.
+#[derive(Clone)]
+enum Vertices {
+    /// In their order from this one on.
+    From(u32),
+    /// One by one: some are copies of others.
+    Each(Rc<Vec<u32>>),
+}
+
+impl Vertices {
+    fn number(&self, v: u32) -> u32 {
+        match self {
+            Self::From(first) => first + v,
+            Self::Each(numbers) => numbers[v as usize],
+        }
+    }
 }
 
 /// Appends an instance of a mesh.
@@ -43,8 +63,8 @@ pub(super) fn append_mesh(
             {
                 let decoded = super::draco::decode(document, extension, &place, builder)?;
                 let (positions, colours) = (&decoded.positions, decoded.colours.as_deref());
-                let first = append_vertices(positions, colours, &instance.transform, builder)?;
-                append_triangles(&decoded.triangles, first, instance, false, builder)?;
+                let vertices = append_vertices(positions, colours, None, &instance.transform, builder)?;
+                append_triangles(&decoded.triangles, &vertices, decoded.uv.as_deref(), instance, false, builder)?;
                 continue;
             }
             #[cfg(not(feature = "draco"))]
@@ -110,15 +130,32 @@ fn append(
     let is_list = matches!(mode, Mode::Triangles);
     builder.claim_triangles(if is_list { n_corners / 3 } else { n_corners.saturating_sub(2) } as u64)?;
 
-    let first = match appended.first_vertex.get(&(position, colour)) {
-        Some(&first) => first,
+    let order = extension(primitive, "FB_ngon_encoding").and_then(|ngon| ngon.pointer("/extras/vertices")?.as_u64());
+    let order = order.and_then(|i| usize::try_from(i).ok());
+    let key = [Some(position), colour, order];
+    let vertices = match appended.vertices.get(&key) {
+        Some(known) => known.clone(),
         None => {
             builder.claim_vertices(positions.count as u64)?;
             let colours = colour.map(|i| read_colours(document, i, positions.count, place)).transpose()?;
-            let first = append_vertices(&positions.floats()?, colours.as_deref(), &instance.transform, builder)?;
-            appended.first_vertex.insert((position, colour), first);
-            first
+            let values = positions.floats()?;
+            let order = order.and_then(|i| read_order(document, i, &values));
+            let vertices =
+                append_vertices(&values, colours.as_deref(), order.as_deref(), &instance.transform, builder)?;
+            appended.vertices.insert(key, vertices.clone());
+            vertices
         }
+    };
+    let uv = match attribute(Semantic::TexCoords(0)) {
+        Some(i) => Some(match appended.uv.get(&i).filter(|known| known.len() == positions.count) {
+            Some(known) => Rc::clone(known),
+            None => {
+                let read = Rc::new(read_uv(document, i, positions.count, place)?);
+                appended.uv.insert(i, Rc::clone(&read));
+                read
+            }
+        }),
+        None => None,
     };
     let indices = indices.map(|indices| indices.indices(positions.count)).transpose()?;
     let corner = |i: usize| indices.as_ref().map_or(i as u32, |indices| indices[i]);
@@ -138,7 +175,7 @@ fn append(
         }
     }
     let is_polygons = is_list && extension(primitive, "FB_ngon_encoding").is_some();
-    append_triangles(&triangles, first, instance, is_polygons, builder)
+    append_triangles(&triangles, &vertices, uv.as_deref().map(Vec::as_slice), instance, is_polygons, builder)
 }
 
 fn read_colours(document: &Document<'_>, i: usize, count: usize, place: &str) -> Result<Vec<[f32; 4]>, ReadError> {
@@ -151,42 +188,85 @@ fn read_colours(document: &Document<'_>, i: usize, count: usize, place: &str) ->
     Ok(colours.map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, c.get(3).map_or(UNSAID, |&a| a as f32)]).collect())
 }
 
-/// Appends vertices; gives the index of the first.
+/// Texture coordinates with v upwards: glTF counts it downwards from 1.
+fn read_uv(document: &Document<'_>, i: usize, count: usize, place: &str) -> Result<Vec<[f32; 2]>, ReadError> {
+    let accessor = Accessor::of(document, i, place)?;
+    if accessor.count != count || accessor.components != 2 {
+        return Err(malformed(accessor.place, "TEXCOORD_0 must be VEC2 with one element per vertex"));
+    }
+    Ok(accessor.floats()?.chunks_exact(2).map(|c| [c[0] as f32, (1.0 - c[1]) as f32]).collect())
+}
+
+/// Which vertex each one is a copy of, as our own writer says it (itself for most); none if that cannot be: copies
+/// follow what they are copies of and are at the same place.
+fn read_order(document: &Document<'_>, i: usize, positions: &[f64]) -> Option<Vec<u32>> {
+    let accessor = Accessor::of(document, i, "/extras").ok()?;
+    if 3 * accessor.count != positions.len() || accessor.components != 2 {
+        return None;
+    }
+    let halves = accessor.floats().ok()?;
+    let order: Vec<u32> = halves.chunks_exact(2).map(|c| (c[0] + 65536.0 * c[1]) as u32).collect();
+    let at = |v: usize| &positions[3 * v..3 * v + 3];
+    let is_copy = |(v, &of): (usize, &u32)| {
+        let of = of as usize;
+        of <= v && order[of] as usize == of && at(of) == at(v)
+    };
+    order.iter().enumerate().all(is_copy).then_some(order)
+}
+
+/// Appends vertices, those only that are no copies.
 fn append_vertices(
     positions: &[f64],
     colours: Option<&[[f32; 4]]>,
+    order: Option<&[u32]>,
     transform: &DMat4,
     builder: &mut SoupBuilder,
-) -> Result<u32, ReadError> {
+) -> Result<Vertices, ReadError> {
     let first = builder.n_vertices() as u32;
     let is_identity = *transform == DMat4::IDENTITY;
+    let mut numbers: Vec<u32> = Vec::new();
     for (i, p) in positions.chunks_exact(3).enumerate() {
+        if let Some(order) = order {
+            let of = order[i] as usize;
+            if of != i {
+                numbers.push(numbers[of]);
+                continue;
+            }
+            numbers.push(builder.n_vertices() as u32);
+        }
         let p = DVec3::from_slice(p);
         builder.vertex(if is_identity { p } else { transform.transform_point3(p) })?;
         if let Some(&colour) = colours.and_then(|colours| colours.get(i)) {
             builder.colour(colour);
         }
     }
-    Ok(first)
+    Ok(if order.is_some() { Vertices::Each(Rc::new(numbers)) } else { Vertices::From(first) })
 }
 
 fn append_triangles(
     triangles: &[[u32; 3]],
-    first: u32,
+    vertices: &Vertices,
+    uv: Option<&[[f32; 2]]>,
     instance: &Instance,
     is_polygons: bool,
     builder: &mut SoupBuilder,
 ) -> Result<(), ReadError> {
     // A mirrored instance is inside out.
     let is_mirrored = instance.transform.determinant() < 0.0;
-    let mut corners = Vec::new();
+    let (mut corners, mut numbers) = (Vec::new(), Vec::new());
     let polygon = |polygon: &[u32]| {
         corners.clear();
-        corners.extend(polygon.iter().map(|v| v + first));
+        corners.extend_from_slice(polygon);
         if is_mirrored {
             corners[1..].reverse();
         }
-        builder.polygon(&corners)
+        numbers.clear();
+        numbers.extend(corners.iter().map(|&v| vertices.number(v)));
+        builder.polygon(&numbers)?;
+        if let Some(uv) = uv {
+            builder.uv(corners.iter().map(|&v| uv[v as usize]));
+        }
+        Ok(())
     };
     let mut triangles = triangles.iter().copied();
     if is_polygons {

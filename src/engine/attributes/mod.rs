@@ -1,0 +1,17 @@
+//! What the input carries besides its shape, brought to the quads: materials, vertex colours, texture coordinates.
+//!
+//! Files say these things of corners of polygons. [`Origin`] finds them again at the corners of the conditioned faces;
+//! [`carry`] samples them where the quads are. Borders between materials are features, so no quad crosses them; seams of
+//! texture coordinates are not, and a quad that lies on one takes the side of its centre.
+
+mod carry;
+mod charts;
+mod corner_values;
+mod origin;
+mod quad_attributes;
+#[cfg(test)]
+mod tests;
+
+pub use carry::carry;
+pub use origin::Origin;
+pub use quad_attributes::{Preserve, QuadAttributes};

@@ -1,0 +1,38 @@
+//! The attributes of quads, and which of them are wanted.
+
+/// Which attributes of the input are carried to the quads, where the input has them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Preserve {
+    /// Material of each face.
+    pub materials: bool,
+    /// Colours of the vertices.
+    pub vertex_colours: bool,
+    /// Texture coordinates of the corners.
+    pub uv: bool,
+}
+
+impl Default for Preserve {
+    fn default() -> Self {
+        Self { materials: true, vertex_colours: true, uv: true }
+    }
+}
+
+/// Attributes of a quad mesh. A list is empty if the quads have no such attribute.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct QuadAttributes {
+    /// Index into `material_names` per quad, or empty.
+    pub materials: Vec<u32>,
+    /// Names of the materials, each of at least one quad; the empty name stands for no material.
+    pub material_names: Vec<String>,
+    /// RGBA per vertex, 0 to 1, or empty.
+    pub colours: Vec<[f32; 4]>,
+    /// Texture coordinates per quad, in the order of its corners, v upwards; or empty.
+    pub uv: Vec<[[f32; 2]; 4]>,
+}
+
+impl QuadAttributes {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.materials.is_empty() && self.colours.is_empty() && self.uv.is_empty()
+    }
+}

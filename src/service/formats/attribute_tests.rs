@@ -1,0 +1,254 @@
+//! Attributes in the files of quads.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use super::quads::tests::cube;
+use super::*;
+use crate::engine::attributes::QuadAttributes;
+use crate::engine::mesh::TriangleSoup;
+use crate::engine::quad::QuadMesh;
+
+/// A cube whose sides have charts of their own, and materials that change from quad to quad; one of them has no name.
+pub(super) fn painted() -> (QuadMesh, QuadAttributes) {
+    let mesh = cube(3);
+    let n = mesh.quads.len();
+    let names = ["paint (old)", "", "2nd", "2nd "];
+    let number = |i: usize, k: usize| ((7 * i + 3 * k) % 11) as f32;
+    let attributes = QuadAttributes {
+        materials: (0..n as u32).map(|q| (q + q * q / 5) % 4).collect(),
+        material_names: names.map(str::to_owned).to_vec(),
+        colours: (0..mesh.positions.len()).map(|v| [0, 1, 2, 3].map(|k| number(v, k) / 10.0)).collect(),
+        uv: (0..n)
+            .map(|q| [0, 1, 2, 3].map(|k| [(q / 9) as f32 + number(mesh.quads[q][k] as usize, 0) / 16.0, number(q, k)]))
+            .collect(),
+    };
+    (mesh, attributes)
+}
+
+/// Quads by their corners, and what a soup says of them: the name of the material and coordinates per vertex.
+fn said(soup: &TriangleSoup) -> BTreeMap<Vec<u32>, (Option<String>, BTreeMap<u32, [f32; 2]>)> {
+    let of_polygon = |p: usize| {
+        let mut corners = soup.polygon(p).to_vec();
+        let uv = soup.corners_of(p).filter_map(|c| Some((soup.indices[c], *soup.uv.get(c)?))).collect();
+        corners.sort_unstable();
+        let name = soup.materials.get(p).map(|&m| soup.material_names[m as usize].clone());
+        (corners, (name, uv))
+    };
+    (0..soup.n_polygons()).map(of_polygon).collect()
+}
+
+fn read_back(bytes: &[u8], format: QuadFormat) -> TriangleSoup {
+    let format = Format::from_extension(format.extension()).unwrap();
+    read_soup(bytes, Some(format), &ReadLimits::default()).unwrap()
+}
+
+/// The same quads, whatever their order and first corners.
+fn assert_same_quads(made: &QuadMesh, mesh: &QuadMesh) {
+    let sorted = |mesh: &QuadMesh| {
+        let mut quads = mesh.quads.clone();
+        for quad in &mut quads {
+            let first = (0..4).min_by_key(|&k| quad[k]).unwrap();
+            quad.rotate_left(first);
+        }
+        quads.sort_unstable();
+        quads
+    };
+    assert_eq!(made.positions.len(), mesh.positions.len());
+    assert_eq!(sorted(made), sorted(mesh));
+}
+
+#[test]
+fn the_quads_of_every_format_are_the_same_with_attributes() {
+    let (mesh, all) = painted();
+    let some = [
+        all.clone(),
+        QuadAttributes { uv: all.uv.clone(), ..QuadAttributes::default() },
+        QuadAttributes { uv: Vec::new(), ..all.clone() },
+        QuadAttributes { colours: all.colours.clone(), ..QuadAttributes::default() },
+    ];
+    for attributes in &some {
+        for format in QuadFormat::ALL {
+            let bytes = write_quads(&mesh, attributes, format);
+            let made = read_quads(&bytes, format).unwrap_or_else(|error| panic!("{format:?}: {error}"));
+            assert_same_quads(&made, &mesh);
+            assert_eq!(bytes, write_quads(&mesh, attributes, format));
+            for (a, b) in made.positions.iter().zip(&mesh.positions) {
+                assert_eq!(*a, if format == QuadFormat::Glb { b.as_vec3().as_dvec3() } else { *b });
+            }
+        }
+    }
+}
+
+#[test]
+fn obj_and_glb_hold_materials_colours_and_texture_coordinates() {
+    let (mesh, attributes) = painted();
+    for format in [QuadFormat::Obj, QuadFormat::Glb] {
+        let soup = read_back(&write_quads(&mesh, &attributes, format), format);
+        let said = said(&soup);
+        for (q, quad) in mesh.quads.iter().enumerate() {
+            let mut key = quad.to_vec();
+            key.sort_unstable();
+            let (name, uv) = &said[&key];
+            let expected = attributes.material_names[attributes.materials[q] as usize].as_str();
+            let expected = match format {
+                QuadFormat::Obj => {
+                    if expected.is_empty() {
+                        "default"
+                    } else {
+                        expected.trim()
+                    }
+                }
+                _ => expected,
+            };
+            assert_eq!(name.as_deref(), Some(expected), "{format:?}");
+            for (k, &v) in quad.iter().enumerate() {
+                let (a, b) = (uv[&v], attributes.uv[q][k]);
+                assert!((a[0] - b[0]).abs() == 0.0 && (a[1] - b[1]).abs() < 1e-6, "{format:?}: {a:?}, {b:?}");
+            }
+        }
+        for (made, colour) in soup.colours.iter().zip(&attributes.colours) {
+            let alpha = if format == QuadFormat::Obj { 1.0 } else { colour[3] };
+            assert_eq!(*made, [colour[0], colour[1], colour[2], alpha], "{format:?}");
+        }
+        assert_eq!(soup.colours.len(), mesh.positions.len());
+    }
+}
+
+#[test]
+fn ply_holds_colours_as_bytes() {
+    let (mesh, attributes) = painted();
+    let soup = read_back(&write_quads(&mesh, &attributes, QuadFormat::Ply), QuadFormat::Ply);
+    assert_eq!(soup.colours.len(), mesh.positions.len());
+    for (made, colour) in soup.colours.iter().flatten().zip(attributes.colours.iter().flatten()) {
+        assert!((made - colour).abs() <= 0.5001 / 255.0);
+    }
+    assert!(soup.uv.is_empty() && soup.materials.is_empty());
+}
+
+#[test]
+fn usda_holds_primvars_and_subsets() {
+    let (mesh, attributes) = painted();
+    let text = String::from_utf8(write_quads(&mesh, &attributes, QuadFormat::Usda)).unwrap();
+    let list = |line: &str| line.split_once("= [").unwrap().1.split(']').next().unwrap().to_owned();
+    let line =
+        |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name}"));
+    assert_eq!(list(line("texCoord2f[] primvars:st")).split("), (").count(), 4 * mesh.quads.len());
+    assert_eq!(list(line("color3f[] primvars:displayColor")).split("), (").count(), mesh.positions.len());
+    assert_eq!(list(line("float[] primvars:displayOpacity")).split(", ").count(), mesh.positions.len());
+    let subsets: Vec<Vec<usize>> = text
+        .lines()
+        .filter(|line| line.trim_start().starts_with("int[] indices"))
+        .map(|line| list(line).split(", ").map(|q| q.parse().unwrap()).collect())
+        .collect();
+    // The quads of the material without a name are in no subset.
+    let of = |m: u32| (0..mesh.quads.len()).filter(|&q| attributes.materials[q] == m).collect::<Vec<_>>();
+    assert_eq!(subsets, [of(0), of(2), of(3)]);
+    for name in ["paint__old_", "_2nd", "_2nd_"] {
+        assert!(
+            text.contains(&format!("def GeomSubset \"{name}\"")) && text.contains(&format!("def Material \"{name}\""))
+        );
+        assert!(text.contains(&format!("rel material:binding = </quads/materials/{name}>")));
+    }
+}
+
+#[test]
+fn copies_in_glb_go_back_to_their_own_vertices() {
+    // Two cubes at the same place: which vertex a copy belongs to does not follow from where it is.
+    let (one, painted) = painted();
+    let n = one.positions.len() as u32;
+    let mut two = one.clone();
+    two.positions.extend(&one.positions);
+    two.quads.extend(one.quads.iter().map(|quad| quad.map(|v| v + n)));
+    let uv = painted.uv.iter().chain(&painted.uv).copied().collect();
+    let bytes = write_quads(&two, &QuadAttributes { uv, ..QuadAttributes::default() }, QuadFormat::Glb);
+    assert_same_quads(&read_quads(&bytes, QuadFormat::Glb).unwrap(), &two);
+
+    // An order that cannot be is none: all vertices are read, and no more than that is wrong.
+    let chunks = glb_container::open(&bytes).unwrap();
+    let mut json: Value = serde_json::from_slice(chunks.json).unwrap();
+    let count = json["accessors"][0]["count"].as_u64().unwrap() as usize;
+    assert!(count > two.positions.len());
+    json["meshes"][0]["primitives"][0]["extensions"]["FB_ngon_encoding"]["extras"]["vertices"] = 0.into();
+    let damaged = glb_container::write(&json, chunks.bin.unwrap().to_vec());
+    assert_eq!(read_quads(&damaged, QuadFormat::Glb).unwrap().positions.len(), count);
+}
+
+#[test]
+fn every_primitive_names_its_material_and_starts_its_quads_apart() {
+    let (mesh, attributes) = painted();
+    let bytes = write_quads(&mesh, &attributes, QuadFormat::Glb);
+    let chunks = glb_container::open(&bytes).unwrap();
+    let json: Value = serde_json::from_slice(chunks.json).unwrap();
+    let (bin, accessors) = (chunks.bin.unwrap(), json["accessors"].as_array().unwrap());
+    let primitives = json["meshes"][0]["primitives"].as_array().unwrap();
+    let names: Vec<_> =
+        primitives.iter().map(|p| p["material"].as_u64().map(|m| &json["materials"][m as usize]["name"])).collect();
+    assert_eq!(names, [Some(&"paint (old)".into()), None, Some(&"2nd".into()), Some(&"2nd ".into())]);
+    let mut quads = 0;
+    for primitive in primitives {
+        let accessor = &accessors[primitive["indices"].as_u64().unwrap() as usize];
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let start = view["byteOffset"].as_u64().unwrap() + accessor["byteOffset"].as_u64().unwrap_or(0);
+        let count = accessor["count"].as_u64().unwrap() as usize;
+        let indices = bin[start as usize..][..4 * count].as_chunks::<4>().0;
+        let anchors: Vec<u32> = indices.chunks(6).map(|quad| u32::from_le_bytes(quad[0])).collect();
+        assert!(anchors.windows(2).all(|pair| pair[0] != pair[1]));
+        quads += anchors.len();
+        for attribute in primitive["attributes"].as_object().unwrap().values() {
+            assert_eq!(accessors[attribute.as_u64().unwrap() as usize]["count"], accessors[0]["count"]);
+        }
+    }
+    assert_eq!(quads, mesh.quads.len());
+}
+
+#[test]
+fn names_of_materials_cannot_break_lines() {
+    let (mesh, mut attributes) = painted();
+    attributes.material_names = ["a\nf 1 1 1", "b\\", " \t", "\"\\"].map(str::to_owned).to_vec();
+    for format in QuadFormat::ALL {
+        assert_same_quads(&read_quads(&write_quads(&mesh, &attributes, format), format).unwrap(), &mesh);
+    }
+}
+
+#[test]
+fn files_without_attributes_are_what_they_were() {
+    let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0]].map(glam::DVec3::from_array);
+    let mesh = QuadMesh { positions: positions.to_vec(), quads: vec![[0, 1, 2, 3]] };
+    let bytes = |format| write_quads(&mesh, &QuadAttributes::default(), format);
+    let text = |format| String::from_utf8(bytes(format)).unwrap();
+    assert_eq!(
+        text(QuadFormat::Obj),
+        "# quads by Quadrille\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\no component_1\nf 1 2 3 4\n"
+    );
+    assert_eq!(
+        text(QuadFormat::Usda),
+        "#usda 1.0\n(\n    defaultPrim = \"quads\"\n    upAxis = \"Y\"\n)\n\ndef Mesh \"quads\"\n{\n    \
+         float3[] extent = [(0, 0, 0), (1, 1, 0.5)]\n    int[] faceVertexCounts = [4]\n    \
+         int[] faceVertexIndices = [0, 1, 2, 3]\n    \
+         point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]\n    \
+         uniform token subdivisionScheme = \"none\"\n}\n"
+    );
+    let header = "ply\nformat binary_little_endian 1.0\ncomment quads by Quadrille\nelement vertex 4\nproperty double x\n\
+                  property double y\nproperty double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let ply = bytes(QuadFormat::Ply);
+    assert!(ply.starts_with(header.as_bytes()));
+    assert_eq!(ply.len(), header.len() + 4 * 24 + 17);
+    let glb = bytes(QuadFormat::Glb);
+    let chunks = glb_container::open(&glb).unwrap();
+    assert_eq!(
+        std::str::from_utf8(chunks.json).unwrap().trim_end(),
+        concat!(
+            r#"{"asset":{"version":"2.0","generator":"Quadrille "#,
+            env!("CARGO_PKG_VERSION"),
+            r#""},"extensionsUsed":["FB_ngon_encoding"],"scene":0,"scenes":[{"nodes":[0]}],"#,
+            r#""nodes":[{"mesh":0,"name":"quads"}],"meshes":[{"name":"quads","primitives":[{"attributes":{"POSITION":0},"#,
+            r#""indices":1,"mode":4,"extensions":{"FB_ngon_encoding":{}}}]}],"accessors":[{"bufferView":0,"#,
+            r#""componentType":5126,"count":4,"type":"VEC3","min":[0.0,0.0,0.0],"max":[1.0,1.0,0.5]},{"bufferView":1,"#,
+            r#""componentType":5125,"count":6,"type":"SCALAR"}],"bufferViews":[{"buffer":0,"byteLength":48,"#,
+            r#""target":34962},{"buffer":0,"byteOffset":48,"byteLength":24,"target":34963}],"buffers":[{"byteLength":72}]}"#
+        )
+    );
+    assert_eq!(chunks.bin.map(<[u8]>::len), Some(72));
+}

@@ -1,0 +1,89 @@
+//! Quads as Wavefront OBJ.
+
+use super::corner_uv::CornerUv;
+use super::text_writer::{push, push_line};
+use crate::engine::attributes::QuadAttributes;
+use crate::engine::quad::QuadMesh;
+
+/// What quads without a material get once others have one: OBJ knows no way back to none.
+const NO_MATERIAL: &str = "default";
+
+/// One object per component. Materials are named only; there is no material library.
+pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
+    let mut out = Vec::with_capacity(60 * quads.positions.len() + 30 * quads.quads.len());
+    out.extend_from_slice(b"# quads by Quadrille\n");
+    for (v, p) in quads.positions.iter().enumerate() {
+        push(&mut out, format_args!("v {} {} {}", p.x, p.y, p.z));
+        if let Some([r, g, b, _]) = attributes.colours.get(v) {
+            push(&mut out, format_args!(" {r} {g} {b}"));
+        }
+        out.push(b'\n');
+    }
+    let uv = (!attributes.uv.is_empty()).then(|| CornerUv::of(quads, &attributes.uv));
+    for [u, v] in uv.iter().flat_map(|uv| &uv.values) {
+        push_line(&mut out, format_args!("vt {u} {v}"));
+    }
+    let component = components(quads);
+    let material = |q: u32| attributes.materials.get(q as usize).copied();
+    let mut order: Vec<u32> = (0..quads.quads.len() as u32).collect();
+    order.sort_by_key(|&q| (component[q as usize], material(q)));
+    let (mut current, mut current_material) = (None, None);
+    for q in order {
+        if current != Some(component[q as usize]) {
+            current = Some(component[q as usize]);
+            push_line(&mut out, format_args!("o component_{}", component[q as usize] + 1));
+        }
+        if material(q) != current_material {
+            current_material = material(q);
+            let name = material(q).and_then(|m| attributes.material_names.get(m as usize));
+            push_line(&mut out, format_args!("usemtl {}", written_name(name.map_or("", |name| name))));
+        }
+        let [a, b, c, d] = quads.quads[q as usize].map(|v| u64::from(v) + 1);
+        match &uv {
+            None => push_line(&mut out, format_args!("f {a} {b} {c} {d}")),
+            Some(uv) => {
+                let [k, l, m, n] = uv.corners[q as usize].map(|v| u64::from(v) + 1);
+                push_line(&mut out, format_args!("f {a}/{k} {b}/{l} {c}/{m} {d}/{n}"));
+            }
+        }
+    }
+    out
+}
+
+/// A name on one line that is not continued on the next.
+fn written_name(name: &str) -> String {
+    let line: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let line = line.trim().trim_end_matches('\\').trim_end();
+    if line.is_empty() { NO_MATERIAL.to_owned() } else { line.to_owned() }
+}
+
+/// The component of each quad (joined by vertices), numbered in order of the first quad.
+fn components(quads: &QuadMesh) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..quads.positions.len() as u32).collect();
+    for quad in &quads.quads {
+        let a = root(&mut parent, quad[0]);
+        for &v in &quad[1..] {
+            let b = root(&mut parent, v);
+            parent[b as usize] = a;
+        }
+    }
+    let mut number = vec![u32::MAX; parent.len()];
+    let mut n = 0;
+    let of_quad = quads.quads.iter().map(|quad| {
+        let root = root(&mut parent, quad[0]) as usize;
+        if number[root] == u32::MAX {
+            number[root] = n;
+            n += 1;
+        }
+        number[root]
+    });
+    of_quad.collect()
+}
+
+fn root(parent: &mut [u32], mut v: u32) -> u32 {
+    while parent[v as usize] != v {
+        parent[v as usize] = parent[parent[v as usize] as usize];
+        v = parent[v as usize];
+    }
+    v
+}
