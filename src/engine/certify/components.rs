@@ -17,7 +17,7 @@ pub(super) struct QuadPart {
     pub(super) quads: Vec<u32>,
 }
 
-/// The components of the quads, in order of first quads.
+/// The components of the quads, in order of least vertices.
 pub(super) fn parts(quads: &QuadMesh, topology: &QuadTopology) -> Vec<QuadPart> {
     let empty = || QuadPart { mesh: QuadMesh::default(), vertices: Vec::new(), quads: Vec::new() };
     let mut parts: Vec<QuadPart> = topology.components.iter().map(|_| empty()).collect();

@@ -7,8 +7,12 @@ use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Samples over the area of each side, besides vertices.
-const SAMPLES: usize = 30_000;
+/// Samples over the area of each side, besides vertices: at least this many,
+const FEWEST_SAMPLES: usize = 2_000;
+/// … in between this many per triangle of both sides,
+const SAMPLES_PER_FACE: usize = 20;
+/// … and at most this many.
+const MOST_SAMPLES: usize = 30_000;
 /// At most this many vertices of each side are samples.
 const VERTICES: usize = 100_000;
 
@@ -40,9 +44,11 @@ pub(super) fn measure(
     quads: &TriMesh,
     quad_index: &SurfaceIndex,
 ) -> Result<Distances, Cancelled> {
-    let over_area = distances(ctx, surface_index, &samples(quads, 1))?;
+    let faces = surface.n_faces() + quads.n_faces();
+    let n = (SAMPLES_PER_FACE * faces).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
+    let over_area = distances(ctx, surface_index, &samples(quads, n, 1))?;
     let at_vertices = distances(ctx, surface_index, &vertices(quads))?;
-    let back_area = distances(ctx, quad_index, &samples(surface, 2))?;
+    let back_area = distances(ctx, quad_index, &samples(surface, n, 2))?;
     let back_vertices = distances(ctx, quad_index, &vertices(surface))?;
     let all = [&over_area, &at_vertices, &back_area, &back_vertices];
     let max = all.into_iter().flatten().copied().fold(0.0, f64::max);
@@ -63,14 +69,14 @@ fn vertices(mesh: &TriMesh) -> Vec<DVec3> {
     mesh.positions().iter().copied().step_by(mesh.n_vertices().div_ceil(VERTICES).max(1)).collect()
 }
 
-/// Points spread evenly over the area, one per stratum of equal area in face order.
-fn samples(mesh: &TriMesh, salt: u64) -> Vec<DVec3> {
+/// n points spread evenly over the area, one per stratum of equal area in face order.
+fn samples(mesh: &TriMesh, n: usize, salt: u64) -> Vec<DVec3> {
     let total = mesh.total_area();
-    let mut points = Vec::with_capacity(SAMPLES);
+    let mut points = Vec::with_capacity(n);
     let (mut face, mut area_before) = (0, 0.0);
-    for i in 0..SAMPLES as u64 {
+    for i in 0..n as u64 {
         let [jitter, r, s] = [0, 1, 2].map(|k| unit((salt << 32) | (3 * i + k)));
-        let wanted = (i as f64 + jitter) / SAMPLES as f64 * total;
+        let wanted = (i as f64 + jitter) / n as f64 * total;
         while face + 1 < mesh.n_faces() && area_before + mesh.area(face) < wanted {
             area_before += mesh.area(face);
             face += 1;

@@ -34,7 +34,7 @@ pub struct QuadTopology {
     pub valence: Vec<u32>,
     /// Per vertex, whether it lies on the boundary.
     pub is_boundary_vertex: Vec<bool>,
-    /// Per quad, its component, numbered in order of first quads.
+    /// Per quad, its component, numbered in order of least vertices: files may hold the quads in another order.
     pub component: Vec<u32>,
     /// Per component, its numbers.
     pub components: Vec<ComponentTopology>,
@@ -148,7 +148,7 @@ fn fans(quads: &QuadMesh, twin: &[u32]) -> Result<Vec<u32>, Vec<Violation>> {
 }
 
 fn assemble(quads: &QuadMesh, twin: &[u32], first: &[u32]) -> QuadTopology {
-    let (component, n_components) = flood(twin);
+    let (component, n_components) = flood(quads, twin);
     let mut euler = vec![0i64; n_components];
     let mut edges: Vec<([u32; 2], bool)> = Vec::new();
     let mut valence = vec![0u32; first.len()];
@@ -189,11 +189,13 @@ fn assemble(quads: &QuadMesh, twin: &[u32], first: &[u32]) -> QuadTopology {
     QuadTopology { edges, is_boundary_edge, valence, is_boundary_vertex, component, components, loops }
 }
 
-fn flood(twin: &[u32]) -> (Vec<u32>, usize) {
-    let mut component = vec![NONE; twin.len() / 4];
+fn flood(quads: &QuadMesh, twin: &[u32]) -> (Vec<u32>, usize) {
+    let mut component = vec![NONE; quads.quads.len()];
+    let mut seeds: Vec<usize> = (0..component.len()).collect();
+    seeds.sort_by_key(|&q| quads.quads[q].iter().min());
     let mut n = 0;
     let mut stack = Vec::new();
-    for seed in 0..component.len() {
+    for seed in seeds {
         if component[seed] != NONE {
             continue;
         }

@@ -197,17 +197,14 @@ impl Periods {
         }
         let mut value: Vec<f64> = separations.iter().map(|s| s.value(q)).collect();
         // Whether these steps lower a separation below its bound.
-        let breaks = |value: &[f64], steps: &[(usize, f64)]| {
-            let mut touched: Vec<(usize, f64)> = Vec::new();
-            for &(i, s) in steps {
-                for &(k, c) in &concerns[i] {
-                    match touched.iter_mut().find(|t| t.0 == k) {
-                        Some(t) => t.1 += s * c,
-                        None => touched.push((k, s * c)),
-                    }
-                }
-            }
-            touched.iter().any(|&(k, change)| change < 0.0 && value[k] + change < 1.0)
+        let mut change = vec![0.0; separations.len()];
+        let mut breaks = |value: &[f64], steps: &[(usize, f64)]| {
+            let concerned = || steps.iter().flat_map(|&(i, s)| concerns[i].iter().map(move |&(k, c)| (k, s * c)));
+            concerned().for_each(|(k, by)| change[k] += by);
+            concerned().fold(false, |is_broken, (k, _)| {
+                let by = std::mem::take(&mut change[k]);
+                is_broken || by < 0.0 && value[k] + by < 1.0
+            })
         };
         let steps = if n > MANY_INTEGERS { 100 } else { 20 * n.max(50) };
         for _ in 0..steps {
@@ -220,12 +217,17 @@ impl Periods {
                     if single < best.0 && !breaks(&value, &[(i, s)]) {
                         best = (single, vec![(i, s)]);
                     }
-                    for &j in &neighbours[i] {
-                        for t in [1.0, -1.0] {
-                            let double = single + p(j, j) + t * gradient[j] + 2.0 * s * t * p(i, j);
-                            if double < best.0 && !breaks(&value, &[(i, s), (j, t)]) {
-                                best = (double, vec![(i, s), (j, t)]);
-                            }
+                }
+                for &j in &neighbours[i] {
+                    // No choice of signs does better than this.
+                    let alone = p(i, i) - gradient[i].abs() + p(j, j) - gradient[j].abs();
+                    if alone - 2.0 * p(i, j).abs() >= best.0 {
+                        continue;
+                    }
+                    for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                        let double = p(i, i) + s * gradient[i] + p(j, j) + t * gradient[j] + 2.0 * s * t * p(i, j);
+                        if double < best.0 && !breaks(&value, &[(i, s), (j, t)]) {
+                            best = (double, vec![(i, s), (j, t)]);
                         }
                     }
                 }
