@@ -3,7 +3,7 @@
 use crate::engine::certify::segments::{Segment, SegmentIndex};
 use crate::engine::certify::shape::mean;
 use crate::engine::certify::{Check, QuadTopology, Violation};
-use crate::engine::mesh::Surface;
+use crate::engine::mesh::{Surface, TriMesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
@@ -187,10 +187,30 @@ fn trace(surface: &Surface) -> Vec<Curve> {
                 let Some(onward) = around(to).find(|&i| !seen[i]) else { break };
                 at = onward;
             }
+            if vertices.len() > 2 && vertices[0] == vertices[vertices.len() - 1] && !is_stop(vertices[0]) {
+                start_where_any_numbering_does(mesh, &mut vertices);
+            }
             curves.push(Curve { vertices, is_boundary: halves[first].2 });
         }
     }
     curves
+}
+
+/// Turns a closed curve so that it starts at its least vertex by coordinates and goes on to the lesser neighbour: samples
+/// are then in the same places whether a component is judged alone or in its model.
+fn start_where_any_numbering_does(mesh: &TriMesh, vertices: &mut Vec<u32>) {
+    let order = |a: u32, b: u32| {
+        let (p, q) = (mesh.position(a).to_array(), mesh.position(b).to_array());
+        p.iter().zip(&q).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    };
+    vertices.pop();
+    let n = vertices.len();
+    let least = (0..n).min_by(|&i, &j| order(vertices[i], vertices[j])).unwrap_or(0);
+    vertices.rotate_left(least);
+    if order(vertices[n - 1], vertices[1 % n]).is_lt() {
+        vertices[1..].reverse();
+    }
+    vertices.push(vertices[0]);
 }
 
 struct Sample {

@@ -291,6 +291,51 @@ fn a_model_is_judged_as_its_parts_are() {
 }
 
 #[test]
+fn parts_in_the_same_place_are_told_by_their_vertices() {
+    let plate = |size: f64| {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| size * dvec3(x, y, 0.0));
+        let mesh = TriMesh::try_new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+        Surface { mesh, features: Features { edges: Vec::new(), corners: vec![0, 1, 2, 3] } }
+    };
+    // A small plate on a large one; a file may hold the quads in any order.
+    let both = join(&plate(1.0), &plate(0.25), dvec3(0.3, 0.3, 0.0));
+    let mut quads = split(&both.mesh);
+    assert_eq!(certificate(&both, &quads).violations, []);
+    quads.quads.reverse();
+    assert_eq!(certificate(&both, &quads).violations, []);
+}
+
+#[test]
+fn closed_curves_are_judged_alike_in_every_numbering() {
+    let sphere = surface("sphere", 700).mesh;
+    let faces = (0..sphere.n_faces()).filter(|&f| sphere.triangle(f).iter().all(|p| p.z < 0.4));
+    let faces: Vec<[u32; 3]> = faces.map(|f| sphere.face(f)).collect();
+    let bowl = |turned: usize| {
+        let mut faces = faces.clone();
+        faces.rotate_left(turned);
+        let mut number = std::collections::BTreeMap::new();
+        let mut positions = Vec::new();
+        let faces = faces.iter().map(|face| {
+            face.map(|v| {
+                *number.entry(v).or_insert_with(|| {
+                    positions.push(sphere.position(v));
+                    positions.len() as u32 - 1
+                })
+            })
+        });
+        let faces = faces.collect();
+        Surface { mesh: TriMesh::try_new(positions, faces).unwrap(), features: Features::default() }
+    };
+    let mut quads = split(&bowl(0).mesh);
+    quads.positions.iter_mut().for_each(|p| *p += 0.03 * dvec3(p.y, p.z, p.x));
+    let error = |turned: usize| certificate(&bowl(turned), &quads).measures.feature_error_mean;
+    assert!(error(0) > 1e-3);
+    for turned in [1, 50, 333] {
+        assert!((error(turned) - error(0)).abs() < 1e-12, "{turned}: {} and {}", error(turned), error(0));
+    }
+}
+
+#[test]
 fn flipped_and_flat_quads_are_rejected() {
     let sphere = surface("sphere", 1200);
     let good = split(&sphere.mesh);
