@@ -136,7 +136,7 @@ const CLEAR: f64 = 0.4;
 /// Vertices of a component of the surface that are looked at for its distance.
 const SAMPLES: usize = 200;
 
-/// The mean distance from a component of the surface to one of the quads, in mean diagonals of the quads. Where the
+/// The mean distance from a component of the surface to one of the quads, in diagonals of its quads. Where the
 /// quads nearest to a vertex face the other way, half a diagonal is added: sheets that lie in the same place are told
 /// apart by their sides.
 fn distance(surface: &SurfacePart, index: Option<&SurfaceIndex>, quads: &QuadPart) -> f64 {
@@ -151,11 +151,15 @@ fn distance(surface: &SurfacePart, index: Option<&SurfaceIndex>, quads: &QuadPar
         }
     };
     let index = SurfaceIndex::new(&triangles);
-    let diagonals = quads.mesh.quads.iter().map(|q| {
+    // The mean over the area: many tiny quads at a few handles must not make the others look far away.
+    let (mut cubes, mut squares) = (0.0, 0.0);
+    for q in &quads.mesh.quads {
         let [a, b, c, d] = q.map(|v| quads.mesh.positions[v as usize]);
-        0.5 * (a.distance(c) + b.distance(d))
-    });
-    let unit = mean(&diagonals.collect::<Vec<f64>>());
+        let diagonal = 0.5 * (a.distance(c) + b.distance(d));
+        squares += diagonal.powi(2);
+        cubes += diagonal.powi(3);
+    }
+    let unit = cubes / squares;
     let step = mesh.n_vertices().div_ceil(SAMPLES).max(1);
     let distances: Vec<f64> = (0..mesh.n_vertices() as u32)
         .step_by(step)

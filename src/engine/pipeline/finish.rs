@@ -12,6 +12,8 @@ use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 
 /// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
 const MOST_IMPROVED: usize = 5;
+/// Pairs of triangles are, up to so many quads: handles take as many as they need, whatever was asked for.
+const MOST_PAIRS_IMPROVED: usize = 60_000;
 /// Sweeps of the optimiser.
 const OPTIMISE_ITERATIONS: usize = 20;
 /// Quads this many edges away from the surface, or the surface from them, stand for something else.
@@ -31,6 +33,8 @@ const MOST_STRAIGHTENED: usize = 200_000;
 pub(super) enum Improve {
     /// First of all: it comes from pairs of triangles, which are valid before they are good, or never.
     First,
+    /// First of all, unless there are many more quads than asked for: they are split triangles.
+    FirstIfFew,
     /// Only if its quads fail: it comes from a map.
     IfBad,
 }
@@ -64,7 +68,9 @@ pub(super) fn finish(
     draft: QuadDraft,
     improve: Improve,
 ) -> Result<Finished, Cancelled> {
-    let work = Work { ctx, component, index };
+    let few = MOST_IMPROVED * component.quads.ceil() as usize;
+    let most_improved = if improve == Improve::First { few.max(MOST_PAIRS_IMPROVED) } else { few };
+    let work = Work { ctx, component, index, most_improved };
     let finished = work.finish(draft.clone(), improve)?;
     if finished.refusal.is_some() {
         return Ok(finished);
@@ -90,14 +96,16 @@ struct Work<'a> {
     ctx: &'a RunContext,
     component: &'a Component,
     index: &'a SurfaceIndex,
+    /// Drafts with more quads are judged as they are.
+    most_improved: usize,
 }
 
 impl Work<'_> {
     fn finish(&self, draft: QuadDraft, improve: Improve) -> Result<Finished, Cancelled> {
-        if draft.mesh.quads.len() > self.most_improved() {
+        if draft.mesh.quads.len() > self.most_improved {
             return self.judged_as_it_is(draft);
         }
-        if improve == Improve::First {
+        if improve != Improve::IfBad {
             let as_it_came = self.mend(draft.clone())?;
             if as_it_came.refusal.is_some() {
                 return Ok(as_it_came);
@@ -121,7 +129,7 @@ impl Work<'_> {
     fn better(&self, draft: QuadDraft, improve: Improve, good: &Finished) -> Result<Option<Finished>, Cancelled> {
         let reached = self.reach(&good.draft)?;
         let away = reached.as_ref().map_or(good.away, |reached| reached.away);
-        if away <= FAR || improve == Improve::First || draft.mesh.quads.len() > self.most_improved() {
+        if away <= FAR || improve != Improve::IfBad || draft.mesh.quads.len() > self.most_improved {
             return Ok(reached);
         }
         // Something is cut off: with other connectivity it may not be.
@@ -135,9 +143,9 @@ impl Work<'_> {
 
     /// Certified quads with fewer straight or reflex corners.
     fn straightened(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
-        let Self { ctx, component, index } = *self;
+        let Self { ctx, component, index, .. } = *self;
         let is_large = component.surface.mesh.n_faces() > MOST_STRAIGHTENED;
-        if good.least_corner > 0.0 || is_large || good.draft.mesh.quads.len() > self.most_improved() {
+        if good.least_corner > 0.0 || is_large || good.draft.mesh.quads.len() > self.most_improved {
             return Ok(None);
         }
         let mended =
@@ -154,12 +162,8 @@ impl Work<'_> {
         Ok(split.or(mended))
     }
 
-    fn most_improved(&self) -> usize {
-        MOST_IMPROVED * self.component.quads.ceil() as usize
-    }
-
     fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {
-        let Self { ctx, component, index } = *self;
+        let Self { ctx, component, index, .. } = *self;
         let options = OptimiseOptions {
             edge_length: component.edge_length,
             iterations: OPTIMISE_ITERATIONS,
@@ -174,7 +178,7 @@ impl Work<'_> {
 
     /// The draft, with bad quads mended if it passes then.
     fn mend(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
-        let Self { ctx, component, index } = *self;
+        let Self { ctx, component, index, .. } = *self;
         let finished = self.judged(draft)?;
         if finished.refusal.is_none() {
             return Ok(finished);
@@ -188,7 +192,7 @@ impl Work<'_> {
 
     /// The quads with their tips pulled out to the surface, if they pass then.
     fn reach(&self, draft: &QuadDraft) -> Result<Option<Finished>, Cancelled> {
-        let Self { ctx, component, index } = *self;
+        let Self { ctx, component, index, .. } = *self;
         let reached =
             ctx.stage(Stage::Optimise, || reach_out(ctx, &component.surface, index, draft, component.edge_length))?;
         let reached = reached.map(|draft| self.judged(draft)).transpose()?;
@@ -244,5 +248,5 @@ impl Work<'_> {
 pub(super) fn last_resort(ctx: &RunContext, component: &Component) -> Result<Finished, Cancelled> {
     let ctx = &ctx.unstopped();
     let index = &SurfaceIndex::new(&component.surface.mesh);
-    Work { ctx, component, index }.judged_as_it_is(split_draft(&component.surface))
+    Work { ctx, component, index, most_improved: 0 }.judged_as_it_is(split_draft(&component.surface))
 }

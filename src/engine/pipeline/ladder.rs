@@ -43,7 +43,9 @@ const HOPELESS_INTEGERS: usize = 500;
 
 /// Most quads of a component for which a map with finer quads than asked for is tried.
 const MOST_FINER: f64 = 10_000.0;
-/// Most triangles of such a component.
+/// Most quads for which pairs of triangles are tried.
+const MOST_PAIRED: f64 = 300_000.0;
+/// Most triangles of a component for which a map with finer quads is tried.
 const MOST_FACES_FINER: usize = 200_000;
 /// Most triangles of a component whose branch points are searched for: everything else takes its time there, too.
 const MOST_FACES_SEARCHED: usize = 500_000;
@@ -69,7 +71,7 @@ enum Keep {
 
 /// The rungs in order. Features near failed quads are detail below the size of the quads, and go first; all go before
 /// the map does only when pairs of triangles could not keep them either.
-fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 13] {
+fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 15] {
     let (map, smoother) = (Rung::Map(spec.smoothing), Rung::Map(0.5 + 0.5 * spec.smoothing));
     [
         (map, Keep::Far(0.0)),
@@ -83,6 +85,8 @@ fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 13] {
         (Rung::Finer(spec.smoothing, 0.5), Keep::Far(0.0)),
         (Rung::Plain(Road::Paired(3)), Keep::Far(4.0)),
         (Rung::Plain(Road::Paired(3)), Keep::None),
+        (Rung::Plain(Road::Paired(9)), Keep::Far(0.0)),
+        (Rung::Plain(Road::Paired(9)), Keep::None),
         (Rung::Plain(Road::SplitInput), Keep::Far(0.0)),
         (Rung::Plain(Road::SplitInput), Keep::None),
     ]
@@ -174,6 +178,11 @@ fn climb(
                 continue;
             }
         }
+        if let Rung::Plain(Road::Paired(times)) = rung
+            && f64::from(times) * component.quads > MOST_PAIRED
+        {
+            continue;
+        }
         let keeps_all = component.surface.features == climb.whole.surface.features;
         if matches!(rung, Rung::Map(_)) && climb.no_second_field && keep == Keep::Far(0.0) {
             continue;
@@ -188,7 +197,11 @@ fn climb(
                 (draft, None, road.level())
             }
         };
-        let improve = if map.is_some() { Improve::IfBad } else { Improve::First };
+        let improve = match rung {
+            Rung::Map(_) | Rung::Finer(..) => Improve::IfBad,
+            Rung::Plain(Road::Paired(_)) => Improve::First,
+            Rung::Plain(Road::SplitInput) => Improve::FirstIfFew,
+        };
         let finished = finish(ctx, &component, &climb.index, draft, improve)?;
         climb.no_second_field |= map.as_ref().is_some_and(is_hopeless);
         let Some(refusal) = finished.refusal else {

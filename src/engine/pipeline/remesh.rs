@@ -49,6 +49,9 @@ const SHORTEST_FEATURE: f64 = 4.0;
 /// Most quads that an edge length may amount to.
 const MAX_QUADS: f64 = 1e7;
 
+/// Most quads that are still delivered when the deadline has passed.
+const MOST_LATE: usize = 300_000;
+
 /// Runs the engine on one model.
 ///
 /// # Errors
@@ -72,8 +75,11 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     }
     let components = split(&surface, edge_length, &log_size, &spec.strokes);
     let solved = solve(ctx, &components, spec)?;
-    // Where the deadline passed and every component has quads nevertheless, they are delivered.
-    let late = matches!(ctx.stopped(), Some(StopReason::Deadline)).then(|| ctx.unstopped());
+    // Where the deadline passed and every component has quads nevertheless, they are delivered, unless judging and
+    // writing them would take long.
+    let n_quads: usize = solved.iter().map(|s| s.draft.mesh.quads.len()).sum();
+    let is_late = matches!(ctx.stopped(), Some(StopReason::Deadline)) && n_quads <= MOST_LATE;
+    let late = is_late.then(|| ctx.unstopped());
     let ctx = late.as_ref().unwrap_or(ctx);
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
     give_up_features(&mut surface, &components, &solved);

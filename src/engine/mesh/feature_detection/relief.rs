@@ -1,5 +1,7 @@
 //! How sharp an edge is when it is not looked at too closely.
 
+use std::collections::VecDeque;
+
 use glam::DVec3;
 
 use crate::engine::mesh::TriMesh;
@@ -10,12 +12,15 @@ pub(super) struct Relief<'a> {
     /// Per face, the last walk that met it.
     met: Vec<u32>,
     walk: u32,
-    stack: Vec<usize>,
+    queue: VecDeque<usize>,
 }
+
+/// Faces that a walk takes at most, the nearest by steps: a mean of so many is no better with more.
+const MOST_FACES: usize = 4000;
 
 impl<'a> Relief<'a> {
     pub(super) fn new(mesh: &'a TriMesh) -> Self {
-        Self { mesh, met: vec![0; mesh.n_faces()], walk: 0, stack: Vec::new() }
+        Self { mesh, met: vec![0; mesh.n_faces()], walk: 0, queue: VecDeque::new() }
     }
 
     /// Angle in radians between the mean normals of the two sides of the edge of `h`, each taken over the faces that
@@ -42,9 +47,15 @@ impl<'a> Relief<'a> {
     fn mean_normal(&mut self, face: usize, middle: DVec3, reach: f64, marked: &[bool]) -> DVec3 {
         self.walk += 1;
         self.met[face] = self.walk;
-        self.stack.push(face);
+        self.queue.push_back(face);
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-        while let Some(f) = self.stack.pop() {
+        let mut left = MOST_FACES;
+        while let Some(f) = self.queue.pop_front() {
+            if left == 0 {
+                self.queue.clear();
+                break;
+            }
+            left -= 1;
             let vector = self.mesh.area_vector(f);
             sum += vector;
             area += vector.length();
@@ -54,7 +65,7 @@ impl<'a> Relief<'a> {
                     && (self.mesh.triangle(g).iter().sum::<DVec3>() / 3.0).distance_squared(middle) < reach * reach
                 {
                     self.met[g] = self.walk;
-                    self.stack.push(g);
+                    self.queue.push_back(g);
                 }
             }
         }
