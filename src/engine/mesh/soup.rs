@@ -18,6 +18,8 @@ pub struct TriangleSoup {
     /// Texture coordinates per corner, parallel to `indices`, v upwards, finite; or empty. They belong to corners, so that
     /// vertices may be welded.
     pub uv: Vec<[f32; 2]>,
+    /// Normals per corner, parallel to `indices`, of any length, zero where the file says none; or empty.
+    pub normals: Vec<[f32; 3]>,
     /// RGBA per vertex, 0 to 1, or empty.
     pub colours: Vec<[f32; 4]>,
     /// Index into `material_names` per polygon, or empty.

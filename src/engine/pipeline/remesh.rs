@@ -162,6 +162,7 @@ pub(super) fn features(
     let options = FeatureOptions {
         angle_degrees: spec.features.angle_degrees,
         materials: spec.features.materials,
+        normals: spec.features.normals,
         explicit: spec.features.edges.clone(),
         min_length: SHORTEST_FEATURE * edge_length,
     };

@@ -70,13 +70,15 @@ pub struct FeatureSpec {
     pub angle_degrees: f64,
     /// Whether borders between materials are features.
     pub materials: bool,
+    /// Whether edges are features where the input's normals are split.
+    pub normals: bool,
     /// Explicit feature edges as pairs of input vertex indices.
     pub edges: Vec<[u32; 2]>,
 }
 
 impl Default for FeatureSpec {
     fn default() -> Self {
-        Self { angle_degrees: 40.0, materials: true, edges: Vec::new() }
+        Self { angle_degrees: 40.0, materials: true, normals: false, edges: Vec::new() }
     }
 }
 

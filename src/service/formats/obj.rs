@@ -29,7 +29,7 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
     }
 }
 
-/// Reads polygons of any degree, vertex colours, texture coordinates and materials. Objects, groups, normals and
+/// Reads polygons of any degree, vertex colours, texture coordinates, normals and materials. Objects, groups and
 /// statements that are not known are passed over.
 ///
 /// # Errors
@@ -39,8 +39,8 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, Re
         builder: SoupBuilder::new(limits),
         corners: Vec::new(),
         highest: None,
-        uv: Vec::new(),
-        named_uv: Vec::new(),
+        uv: Named::default(),
+        normals: Named::default(),
     };
     let mut rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let newline = if rest.contains(&b'\n') { b'\n' } else { b'\r' };
@@ -77,11 +77,49 @@ struct Reader {
     corners: Vec<u32>,
     /// The highest vertex named so far and the line that names it: vertices may follow the faces that name them.
     highest: Option<(u32, usize)>,
-    /// Texture coordinates in order.
-    uv: Vec<[f32; 2]>,
-    /// Per corner the texture coordinates that it names, [`u32::MAX`] for none; empty as long as no corner does. They may
-    /// follow the faces that name them, too.
-    named_uv: Vec<u32>,
+    uv: Named<2>,
+    normals: Named<3>,
+}
+
+/// Values that corners name.
+#[derive(Default)]
+struct Named<const N: usize> {
+    /// In order.
+    values: Vec<[f32; N]>,
+    /// Per corner the value that it names, [`u32::MAX`] for none; empty as long as no corner names one. Values may follow
+    /// the faces that name them.
+    of_corner: Vec<u32>,
+}
+
+impl<const N: usize> Named<N> {
+    /// One more value. What is no number is zero: shape does not depend on it.
+    fn value(&mut self, rest: &[u8]) {
+        let mut words = words(rest).map(|word| decimal(word).unwrap_or(0.0) as f32);
+        self.values.push(std::array::from_fn(|_| words.next().unwrap_or(0.0)));
+    }
+
+    /// Notes what a corner names.
+    fn name(&mut self, corner: usize, text: &[u8]) {
+        let named = match integer(text) {
+            Some(index @ 1..) => u32::try_from(index - 1).ok(),
+            Some(index @ ..=-1) => u32::try_from(index + self.values.len() as i64).ok(),
+            _ => None,
+        };
+        if let Some(named) = named {
+            self.of_corner.resize(corner, u32::MAX);
+            self.of_corner.push(named);
+        }
+    }
+
+    /// The value of each of n corners, zeros for none; `None` if there is no value at all.
+    fn of_corners(mut self, n: usize) -> Option<Vec<[f32; N]>> {
+        let value = |&named: &u32| self.values.get(named as usize).copied();
+        if !self.of_corner.iter().any(|named| value(named).is_some()) {
+            return None;
+        }
+        self.of_corner.resize(n, u32::MAX);
+        Some(self.of_corner.iter().map(|named| value(named).unwrap_or([0.0; N])).collect())
+    }
 }
 
 impl Reader {
@@ -90,7 +128,11 @@ impl Reader {
         match line {
             [b'v', b' ' | b'\t', rest @ ..] => self.vertex(rest, number),
             [b'v', b't', b' ' | b'\t', rest @ ..] => {
-                self.texture(rest);
+                self.uv.value(rest);
+                Ok(())
+            }
+            [b'v', b'n', b' ' | b'\t', rest @ ..] => {
+                self.normals.value(rest);
                 Ok(())
             }
             [b'f', b' ' | b'\t', rest @ ..] => self.face(rest, number),
@@ -123,27 +165,6 @@ impl Reader {
         Ok(())
     }
 
-    /// `u`, `u v` or `u v w`. What is no number is the origin: shape does not depend on it.
-    fn texture(&mut self, rest: &[u8]) {
-        let mut values = words(rest).map(|word| decimal(word).unwrap_or(0.0) as f32);
-        self.uv.push([values.next().unwrap_or(0.0), values.next().unwrap_or(0.0)]);
-    }
-
-    /// Notes what the second number of a corner, `text`, names.
-    fn name_uv(&mut self, text: &[u8]) {
-        let end = text.iter().position(|&b| b == b'/').unwrap_or(text.len());
-        let named = match integer(&text[..end]) {
-            Some(index @ 1..) => u32::try_from(index - 1).ok(),
-            Some(index @ ..=-1) => u32::try_from(index + self.uv.len() as i64).ok(),
-            _ => None,
-        };
-        if let Some(named) = named {
-            // The corners of this face before this one are no corners of the soup yet.
-            self.named_uv.resize(self.builder.n_corners() + self.corners.len(), u32::MAX);
-            self.named_uv.push(named);
-        }
-    }
-
     fn face(&mut self, rest: &[u8], number: usize) -> Result<(), ReadError> {
         let n = self.builder.n_vertices();
         self.corners.clear();
@@ -163,12 +184,17 @@ impl Reader {
                 self.highest = Some((corner, number));
             }
             if let Some(text) = word.get(end + 1..) {
-                self.name_uv(text);
+                // The corners of this face before this one are no corners of the soup yet.
+                let corner = self.builder.n_corners() + self.corners.len();
+                let mut names = text.splitn(2, |&b| b == b'/');
+                self.uv.name(corner, names.next().unwrap_or_default());
+                self.normals.name(corner, names.next().unwrap_or_default());
             }
             self.corners.push(corner);
         }
         self.builder.polygon(&self.corners)?;
-        self.named_uv.truncate(self.builder.n_corners());
+        self.uv.of_corner.truncate(self.builder.n_corners());
+        self.normals.of_corner.truncate(self.builder.n_corners());
         Ok(())
     }
 
@@ -177,10 +203,12 @@ impl Reader {
         if let Some((highest, line)) = self.highest.filter(|&(highest, _)| highest as usize >= n) {
             return Err(out_of_range(line, i64::from(highest) + 1, n));
         }
-        let uv = |&named: &u32| self.uv.get(named as usize).copied();
-        if self.named_uv.iter().any(|named| uv(named).is_some()) {
-            self.named_uv.resize(self.builder.n_corners(), u32::MAX);
-            self.builder.uv(self.named_uv.iter().map(|named| uv(named).unwrap_or([0.0; 2])));
+        let n = self.builder.n_corners();
+        if let Some(uv) = self.uv.of_corners(n) {
+            self.builder.uv(uv.into_iter());
+        }
+        if let Some(normals) = self.normals.of_corners(n) {
+            self.builder.normals(normals.into_iter());
         }
         self.builder.finish(OBJ)
     }
@@ -247,6 +275,14 @@ mod tests {
         assert_eq!((soup.n_polygons(), soup.uv), (4, expected.to_vec()));
         assert!(read_text("vt 0 0\nv 0 0 0\nf 1/3 1/x 1/0").unwrap().uv.is_empty());
         assert_eq!(read_text("vt nan x\nv 0 0 0\nf 1/1 1/1 1/1").unwrap().uv, [none; 3]);
+    }
+
+    #[test]
+    fn normals_belong_to_corners() {
+        let soup = read_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2/5/-1 3\nf 3//2 2 1/1\nvn 1 0 x").unwrap();
+        let (none, z) = ([0.0; 3], [0.0, 0.0, 1.0]);
+        assert_eq!(soup.normals, [z, z, none, [1.0, 0.0, 0.0], none, none]);
+        assert!(soup.uv.is_empty());
     }
 
     #[test]

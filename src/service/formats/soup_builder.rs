@@ -126,18 +126,24 @@ impl SoupBuilder {
         if let Some(material) = self.material {
             self.soup.materials.push(material);
         }
+        let n = self.soup.indices.len();
         if !self.soup.uv.is_empty() {
-            self.soup.uv.resize(self.soup.indices.len(), [0.0; 2]);
+            self.soup.uv.resize(n, [0.0; 2]);
+        }
+        if !self.soup.normals.is_empty() {
+            self.soup.normals.resize(n, [0.0; 3]);
         }
         Ok(())
     }
 
     /// Gives the last corners texture coordinates, v upwards; corners without are at the origin as soon as one has some.
     pub(super) fn uv(&mut self, uv: impl ExactSizeIterator<Item = [f32; 2]>) {
-        let first = self.soup.indices.len() - uv.len().min(self.soup.indices.len());
-        self.soup.uv.resize(first, [0.0; 2]);
-        self.soup.uv.extend(uv.map(|uv| uv.map(|c| if c.is_finite() { c } else { 0.0 })));
-        self.soup.uv.resize(self.soup.indices.len(), [0.0; 2]);
+        give_last(&mut self.soup.uv, self.soup.indices.len(), uv);
+    }
+
+    /// Gives the last corners normals; corners without have none as soon as one has one.
+    pub(super) fn normals(&mut self, normals: impl ExactSizeIterator<Item = [f32; 3]>) {
+        give_last(&mut self.soup.normals, self.soup.indices.len(), normals);
     }
 
     /// Counts polygons that were left out. They count against the limit: instances of a mesh that is nothing but such
@@ -158,6 +164,13 @@ impl SoupBuilder {
         self.soup.colours.iter_mut().flatten().for_each(|c| *c = if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
         Ok(self.soup)
     }
+}
+
+/// Gives the last of n corners these values, and zeros to those that have none.
+fn give_last<const N: usize>(list: &mut Vec<[f32; N]>, n: usize, values: impl ExactSizeIterator<Item = [f32; N]>) {
+    list.resize(n - values.len().min(n), [0.0; N]);
+    list.extend(values.map(|value| value.map(|c| if c.is_finite() { c } else { 0.0 })));
+    list.resize(n, [0.0; N]);
 }
 
 /// Far more than any scene holds.

@@ -219,7 +219,6 @@ impl RemeshRequest {
         let angle = self.features.angle;
         let message = format!("must be from 0 to 180 degrees, not {angle}");
         refuse(!(0.0..=180.0).contains(&angle), "/features/angle", message);
-        refuse(self.features.normals, "/features/normals", unavailable("features from split normals are"));
         let n_edges = self.features.edges.len();
         let message = format!("at most {MAX_FEATURE_EDGES} edges, not {n_edges}");
         refuse(n_edges > MAX_FEATURE_EDGES, "/features/edges", message);
@@ -271,6 +270,7 @@ impl RemeshRequest {
             features: FeatureSpec {
                 angle_degrees: self.features.angle,
                 materials: self.features.materials,
+                normals: self.features.normals,
                 edges: self.features.edges.clone(),
             },
             boundary: match self.boundary {

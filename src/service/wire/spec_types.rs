@@ -52,7 +52,7 @@ impl Default for TargetBody {
 pub struct FeaturesBody {
     /// Dihedral angle in degrees from which an edge is sharp, 0 to 180; 180 is none.
     pub angle: f64,
-    /// Whether split vertex normals mark sharp edges; not available in this version.
+    /// Whether edges where the normals of the file are split (different on both sides) are sharp.
     pub normals: bool,
     /// Whether borders between materials are features.
     pub materials: bool,

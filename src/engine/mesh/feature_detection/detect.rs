@@ -8,6 +8,7 @@ use crate::engine::mesh::feature_detection::network::Network;
 use crate::engine::mesh::feature_detection::prune::prune;
 use crate::engine::mesh::feature_detection::seeds::mark_explicit;
 use crate::engine::mesh::feature_detection::seeds::mark_material_borders;
+use crate::engine::mesh::feature_detection::seeds::mark_split_normals;
 
 /// What is a feature.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,17 +17,19 @@ pub struct FeatureOptions {
     pub angle_degrees: f64,
     /// Whether borders between materials are features.
     pub materials: bool,
+    /// Whether edges are features where the normals that the soup gives to their two sides differ.
+    pub normals: bool,
     /// Explicit feature edges as pairs of positions of the soup.
     pub explicit: Vec<[u32; 2]>,
     /// Length in model units, about two quad edges, below which sharp chains are noise unless both their ends are
     /// junctions or on the boundary; also how closely sharpness is looked at. 0 keeps every sharp edge. Material
-    /// borders and explicit edges are never dropped.
+    /// borders, split normals and explicit edges are never dropped.
     pub min_length: f64,
 }
 
 impl Default for FeatureOptions {
     fn default() -> Self {
-        Self { angle_degrees: 40.0, materials: true, explicit: Vec::new(), min_length: 0.0 }
+        Self { angle_degrees: 40.0, materials: true, normals: false, explicit: Vec::new(), min_length: 0.0 }
     }
 }
 
@@ -36,6 +39,9 @@ pub fn detect_features(conditioned: &Conditioned, soup: &TriangleSoup, options: 
     let mut network = Network::new(mesh);
     if options.materials {
         mark_material_borders(conditioned, soup, &mut network);
+    }
+    if options.normals {
+        mark_split_normals(conditioned, soup, &mut network);
     }
     mark_explicit(conditioned, soup, &options.explicit, &mut network);
     if options.angle_degrees < 180.0 {

@@ -23,6 +23,49 @@ pub(super) fn mark_material_borders(conditioned: &Conditioned, soup: &TriangleSo
     }
 }
 
+/// Normals that differ by more than this angle (one degree) are split; edges with a smaller one are flat.
+const SPLIT_COSINE: f64 = 0.999_848;
+/// Edges with a smaller dihedral angle than this (20 degrees) are smooth in most models.
+const SMOOTH_COSINE: f64 = 0.939_693;
+/// Corners of polygons in which a vertex is looked for.
+const MOST_CORNERS: usize = 1000;
+
+/// Marks the interior edges whose two sides have different normals at one end or both. Where most edges that are hardly
+/// bent have, the model is shaded facet by facet, and nothing is marked.
+pub(super) fn mark_split_normals(conditioned: &Conditioned, soup: &TriangleSoup, network: &mut Network) {
+    let mesh = &conditioned.mesh;
+    if soup.normals.len() != soup.indices.len() {
+        return;
+    }
+    let normal = |face: usize, v: u32| {
+        let place = mesh.position(v);
+        let mut corners = soup.corners_of(conditioned.polygon[face] as usize).take(MOST_CORNERS);
+        let corner = corners.find(|&c| soup.positions[soup.indices[c] as usize] == place)?;
+        DVec3::from(soup.normals[corner].map(f64::from)).try_normalize()
+    };
+    let is_split = |h: usize, t: usize| {
+        let differ =
+            |v: u32| matches!((normal(h / 3, v), normal(t / 3, v)), (Some(n), Some(m)) if n.dot(m) < SPLIT_COSINE);
+        differ(mesh.origin(h)) || differ(mesh.target(h))
+    };
+    let (mut split, mut smooth, mut faceted) = (Vec::new(), 0, 0);
+    for h in 0..mesh.n_halfedges() {
+        let Some(t) = mesh.twin(h).filter(|&t| h < t) else { continue };
+        let is_split = is_split(h, t);
+        let bend = mesh.normal(h / 3).dot(mesh.normal(t / 3));
+        if (SMOOTH_COSINE..SPLIT_COSINE).contains(&bend) {
+            smooth += 1;
+            faceted += usize::from(is_split);
+        }
+        if is_split {
+            split.push(h);
+        }
+    }
+    if 2 * faceted <= smooth {
+        split.into_iter().for_each(|h| network.mark_kept(h));
+    }
+}
+
 /// Marks the interior edges between vertices at the places that `explicit` names; pairs that are no edge of the
 /// surface (any more) are passed over.
 pub(super) fn mark_explicit(

@@ -1,9 +1,11 @@
 use glam::DVec3;
 
 use super::*;
+use crate::engine::mesh::Features;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::ConditionOptions;
 use crate::engine::mesh::condition::condition;
+use crate::engine::mesh::shapes::sample;
 use crate::engine::run::RunContext;
 
 fn cube() -> TriangleSoup {
@@ -24,4 +26,38 @@ fn a_cube_has_twelve_feature_edges_and_eight_corners() {
     assert_eq!((features.edges.len(), features.corners.len()), (12, 8));
     let none = FeatureOptions { angle_degrees: 180.0, ..FeatureOptions::default() };
     assert_eq!(detect_features(&surface, &soup, &none), Default::default());
+}
+
+/// What `normal` says of the corner of a polygon (its number, its centre) at a place, and only that, as features.
+fn by_normals(mut soup: TriangleSoup, normal: impl Fn(usize, DVec3, DVec3) -> DVec3) -> Features {
+    for p in 0..soup.n_polygons() {
+        let corners: Vec<DVec3> = soup.polygon(p).iter().map(|&v| soup.positions[v as usize]).collect();
+        let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        soup.normals.extend(corners.iter().map(|&at| normal(p, centre, at).as_vec3().to_array()));
+    }
+    let surface = condition(&RunContext::silent(), &soup, &ConditionOptions::default()).unwrap();
+    let options = FeatureOptions { angle_degrees: 180.0, normals: true, ..FeatureOptions::default() };
+    assert_eq!(
+        detect_features(&surface, &soup, &FeatureOptions { normals: false, ..options.clone() }),
+        Features::default()
+    );
+    detect_features(&surface, &soup, &options)
+}
+
+#[test]
+fn split_normals_are_features_unless_every_facet_has_its_own() {
+    let middle = DVec3::splat(0.5);
+    let flat = by_normals(cube(), |_, centre, _| centre - middle);
+    assert_eq!((flat.edges.len(), flat.corners.len()), (12, 8));
+    assert_eq!(by_normals(cube(), |_, _, at| at - middle), Features::default());
+    // Corners of which the file says nothing are no split.
+    assert_eq!(by_normals(cube(), |p, centre, _| if p == 0 { DVec3::ZERO } else { centre - middle }).edges.len(), 8);
+
+    let sphere = || sample("sphere", 700, 0.0, 0).unwrap();
+    assert_eq!(by_normals(sphere(), |_, centre, _| centre), Features::default());
+    let halves = by_normals(sphere(), |_, centre, at| at + if centre.z > 0.0 { DVec3::X } else { DVec3::ZERO });
+    // The ring where the halves meet.
+    let mut ends: Vec<u32> = halves.edges.iter().flatten().copied().collect();
+    ends.sort_unstable();
+    assert!(ends.len() > 20 && ends.chunks(2).all(|pair| pair[0] == pair[1]), "{ends:?}");
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
@@ -20,6 +20,14 @@ use super::scene::Instance;
 struct Appended {
     vertices: BTreeMap<[Option<usize>; 3], Vertices>,
     uv: BTreeMap<usize, Rc<Vec<[f32; 2]>>>,
+    normals: BTreeMap<usize, Rc<Vec<[f32; 3]>>>,
+}
+
+/// What corners say, per vertex of a primitive.
+#[derive(Clone, Copy, Default)]
+struct Said<'a> {
+    uv: Option<&'a [[f32; 2]]>,
+    normals: Option<&'a [[f32; 3]]>,
 }
 
 /// Vertices of a primitive in the soup.
@@ -64,7 +72,8 @@ pub(super) fn append_mesh(
                 let decoded = super::draco::decode(document, extension, &place, builder)?;
                 let (positions, colours) = (&decoded.positions, decoded.colours.as_deref());
                 let vertices = append_vertices(positions, colours, None, &instance.transform, builder)?;
-                append_triangles(&decoded.triangles, &vertices, decoded.uv.as_deref(), instance, false, builder)?;
+                let said = Said { uv: decoded.uv.as_deref(), normals: None };
+                append_triangles(&decoded.triangles, &vertices, said, instance, false, builder)?;
                 continue;
             }
             #[cfg(not(feature = "draco"))]
@@ -157,6 +166,14 @@ fn append(
         }),
         None => None,
     };
+    let normals = attribute(Semantic::Normals).and_then(|i| match appended.normals.get(&i) {
+        Some(known) => Some(Rc::clone(known)).filter(|known| known.len() == positions.count),
+        None => {
+            let read = Rc::new(read_normals(document, i, positions.count, place)?);
+            appended.normals.insert(i, Rc::clone(&read));
+            Some(read)
+        }
+    });
     let indices = indices.map(|indices| indices.indices(positions.count)).transpose()?;
     let corner = |i: usize| indices.as_ref().map_or(i as u32, |indices| indices[i]);
     let mut triangles = Vec::new();
@@ -175,7 +192,8 @@ fn append(
         }
     }
     let is_polygons = is_list && extension(primitive, "FB_ngon_encoding").is_some();
-    append_triangles(&triangles, &vertices, uv.as_deref().map(Vec::as_slice), instance, is_polygons, builder)
+    let said = Said { uv: uv.as_deref().map(Vec::as_slice), normals: normals.as_deref().map(Vec::as_slice) };
+    append_triangles(&triangles, &vertices, said, instance, is_polygons, builder)
 }
 
 fn read_colours(document: &Document<'_>, i: usize, count: usize, place: &str) -> Result<Vec<[f32; 4]>, ReadError> {
@@ -195,6 +213,16 @@ fn read_uv(document: &Document<'_>, i: usize, count: usize, place: &str) -> Resu
         return Err(malformed(accessor.place, "TEXCOORD_0 must be VEC2 with one element per vertex"));
     }
     Ok(accessor.floats()?.chunks_exact(2).map(|c| [c[0] as f32, (1.0 - c[1]) as f32]).collect())
+}
+
+/// Normals; none where they are not what they should be: no shape depends on them.
+fn read_normals(document: &Document<'_>, i: usize, count: usize, place: &str) -> Option<Vec<[f32; 3]>> {
+    let accessor = Accessor::of(document, i, place).ok()?;
+    if accessor.count != count || accessor.components != 3 {
+        return None;
+    }
+    let normals = accessor.floats().ok()?;
+    Some(normals.as_chunks::<3>().0.iter().map(|n| n.map(|x| x as f32)).collect())
 }
 
 /// Which vertex each one is a copy of, as our own writer says it (itself for most); none if that cannot be: copies
@@ -246,13 +274,15 @@ fn append_vertices(
 fn append_triangles(
     triangles: &[[u32; 3]],
     vertices: &Vertices,
-    uv: Option<&[[f32; 2]]>,
+    said: Said<'_>,
     instance: &Instance,
     is_polygons: bool,
     builder: &mut SoupBuilder,
 ) -> Result<(), ReadError> {
     // A mirrored instance is inside out.
     let is_mirrored = instance.transform.determinant() < 0.0;
+    let directions = DMat3::from_mat4(instance.transform).inverse().transpose();
+    let turned = |n: [f32; 3]| (directions * DVec3::from(n.map(f64::from))).as_vec3().to_array();
     let (mut corners, mut numbers) = (Vec::new(), Vec::new());
     let polygon = |polygon: &[u32]| {
         corners.clear();
@@ -263,8 +293,11 @@ fn append_triangles(
         numbers.clear();
         numbers.extend(corners.iter().map(|&v| vertices.number(v)));
         builder.polygon(&numbers)?;
-        if let Some(uv) = uv {
+        if let Some(uv) = said.uv {
             builder.uv(corners.iter().map(|&v| uv[v as usize]));
+        }
+        if let Some(normals) = said.normals {
+            builder.normals(corners.iter().map(|&v| turned(normals[v as usize])));
         }
         Ok(())
     };

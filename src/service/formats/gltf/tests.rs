@@ -63,6 +63,20 @@ fn patched(mut sample: (Value, Vec<u8>), pointer: &str, value: Value) -> (Value,
 }
 
 #[test]
+fn normals_turn_with_their_instance_and_may_be_nonsense() {
+    let bin = bytes!(f32: 0, 0, 1, 0, 3, 4, 1, 1, 0, 0, 0, 1);
+    let normals = json!({"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3"});
+    let sample = square_document(json!({"attributes": {"POSITION": 0, "NORMAL": 1}}), &bin, Some(normals));
+    assert_eq!(read_glb(sample.clone()).unwrap().normals, [[0.0, 0.0, 1.0], [0.0, 3.0, 4.0], [1.0, 1.0, 0.0]]);
+    let stretched = read_glb(patched(sample.clone(), "/nodes/0/scale", json!([2, 1, 4]))).unwrap();
+    assert_eq!(stretched.normals, [[0.0, 0.0, 0.25], [0.0, 3.0, 1.0], [0.5, 1.0, 0.0]]);
+    for (pointer, value) in [("/accessors/1/count", json!(3)), ("/accessors/1/type", json!("VEC2"))] {
+        let soup = read_glb(patched(sample.clone(), pointer, value)).unwrap();
+        assert!(soup.n_polygons() == 1 && soup.normals.is_empty());
+    }
+}
+
+#[test]
 fn lists_strips_and_fans_with_indices_of_every_size() {
     let soup = read_glb(triangle()).unwrap();
     assert_eq!(soup.positions, [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y]);
