@@ -207,9 +207,9 @@ impl Periods {
             })
         };
         let steps = if n > MANY_INTEGERS { 100 } else { 20 * n.max(50) };
+        let tolerance = 1e-12 * (1.0 + self.matrix.first().map_or(0.0, |p| p.abs()));
         for _ in 0..steps {
             ctx.check()?;
-            let tolerance = 1e-12 * (1.0 + p(0, 0).abs());
             let mut best: (f64, Vec<(usize, f64)>) = (-tolerance, Vec::new());
             for i in 0..n {
                 for s in [1.0, -1.0] {
