@@ -25,6 +25,14 @@ pub enum RemeshError {
         /// The limit.
         limit: f64,
     },
+    /// Exact symmetry was asked for, and the model has none.
+    #[error("the model is not symmetric in {axis}: {cause}; leave symmetry out, or give a model that is")]
+    NotSymmetric {
+        /// The axis across which the plane lies.
+        axis: &'static str,
+        /// What speaks against it.
+        cause: String,
+    },
     /// No level of the ladder gave quads that pass the certificate.
     #[error("no certified quads were found for component {component}: {cause}")]
     NoQuads {
@@ -45,7 +53,7 @@ impl RemeshError {
     /// The stage that failed.
     pub fn stage(&self) -> Stage {
         match self {
-            Self::Condition(_) => Stage::Condition,
+            Self::Condition(_) | Self::NotSymmetric { .. } => Stage::Condition,
             Self::Cancelled(_) | Self::TooManyQuads { .. } => Stage::Refine,
             Self::NoQuads { .. } => Stage::Certify,
         }
@@ -58,7 +66,7 @@ impl Blame for RemeshError {
             Self::Condition(e) => e.fault(),
             Self::Cancelled(_) => Fault::Cancelled,
             Self::TooManyQuads { .. } => Fault::Limit,
-            Self::NoQuads { .. } => Fault::Unsatisfiable,
+            Self::NoQuads { .. } | Self::NotSymmetric { .. } => Fault::Unsatisfiable,
         }
     }
 

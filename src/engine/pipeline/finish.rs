@@ -24,9 +24,13 @@ const FAR: f64 = 1.5;
 /// Largest coordinate relative to the diagonal of a component up to which single precision is expected to hold it.
 const FARTHEST_ROUNDED: f64 = 60.0;
 
-/// Most triangles of a component whose quads are rounded and whose straight corners are mended: both may cost a huge
-/// scan more rungs than it has time for.
-const MOST_STRAIGHTENED: usize = 200_000;
+/// Quads whose least scaled Jacobian is not above this have corners to be mended: what another evaluator sees must be
+/// well above 0.
+const STRAIGHT: f64 = 0.01;
+/// How often quads are split: what had no room at first may have some among the parts of others.
+const SPLITTINGS: usize = 3;
+/// Most triangles of a component whose quads are rounded: it may cost a huge scan more rungs than it has time for.
+const MOST_ROUNDED: usize = 200_000;
 
 /// When the connectivity of a draft is improved.
 #[derive(Clone, Copy, PartialEq)]
@@ -144,22 +148,27 @@ impl Work<'_> {
     /// Certified quads with fewer straight or reflex corners.
     fn straightened(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
         let Self { ctx, component, index, .. } = *self;
-        let is_large = component.surface.mesh.n_faces() > MOST_STRAIGHTENED;
-        if good.least_corner > 0.0 || is_large || good.draft.mesh.quads.len() > self.most_improved {
+        if good.least_corner > STRAIGHT || good.draft.mesh.quads.len() > self.most_improved {
             return Ok(None);
         }
+        let is_better = |m: &Finished| m.refusal.is_none() && m.away <= good.away.max(FAR);
         let mended =
             ctx.stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, Bad::Reflex))?;
-        let mended = mended.map(|draft| self.judged(draft)).transpose()?;
-        let is_better = |m: &Finished| m.refusal.is_none() && m.away <= good.away.max(FAR);
-        let mended = mended.filter(is_better);
-        let best = mended.as_ref().unwrap_or(good);
-        if best.least_corner > 0.0 {
-            return Ok(mended);
+        let mended = mended.map(|draft| self.judged(draft)).transpose()?.filter(is_better);
+        let mut best = mended;
+        for _ in 0..SPLITTINGS {
+            let at_hand = best.as_ref().unwrap_or(good);
+            if at_hand.least_corner > STRAIGHT {
+                break;
+            }
+            let split = ctx.stage(Stage::Optimise, || pillow_quads(ctx, &component.surface, index, &at_hand.draft))?;
+            let split = split.map(|draft| self.judged(draft)).transpose()?.filter(is_better);
+            if split.is_none() {
+                break;
+            }
+            best = split;
         }
-        let split = ctx.stage(Stage::Optimise, || pillow_quads(ctx, &component.surface, index, &best.draft))?;
-        let split = split.map(|draft| self.judged(draft)).transpose()?.filter(is_better);
-        Ok(split.or(mended))
+        Ok(best)
     }
 
     fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {
@@ -205,7 +214,7 @@ impl Work<'_> {
     fn judged(&self, mut draft: QuadDraft) -> Result<Finished, Cancelled> {
         let far = draft.mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
         let mesh = &self.component.surface.mesh;
-        if far < FARTHEST_ROUNDED * mesh.diagonal() && mesh.n_faces() <= MOST_STRAIGHTENED {
+        if far < FARTHEST_ROUNDED * mesh.diagonal() && mesh.n_faces() <= MOST_ROUNDED {
             draft.mesh.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
         }
         self.judged_as_it_is(draft)

@@ -13,6 +13,7 @@ mod report;
 mod road;
 mod sizing;
 mod spec;
+mod symmetry;
 #[cfg(test)]
 mod tests;
 mod working;

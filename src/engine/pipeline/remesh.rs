@@ -1,5 +1,6 @@
 //! The list of stages of one run, from a soup to certified quads.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::engine::attributes::{Origin, Preserve, QuadAttributes, carry};
@@ -20,6 +21,7 @@ use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
 use crate::engine::pipeline::report::{InputReport, Level, Repairs, Report};
 use crate::engine::pipeline::sizing::sizes;
 use crate::engine::pipeline::spec::{Method, RemeshSpec, Target};
+use crate::engine::pipeline::symmetry::{Fold, fold, unfold_map, unfold_quads, unfold_surface};
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::Cancelled;
@@ -66,37 +68,35 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let features =
         ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let Conditioned { mesh, polygon, repairs, mut warnings, origin, .. } = conditioned;
-    let mut surface = Surface { mesh, features };
+    let surface = Surface { mesh, features };
     let log_size = ctx.stage(Stage::Features, || {
         sizes(ctx, &surface, &origin, soup, spec, edge_length, &mut warnings).map_err(RemeshError::from)
     })?;
     for stroke in strokes_off_surface(&surface.mesh, &spec.strokes, edge_length) {
         warnings.push(format!("strokes/{stroke}: no part of the surface is near this stroke"));
     }
-    let components = split(&surface, edge_length, &log_size, &spec.strokes);
-    let solved = solve(ctx, &components, spec)?;
+    let made = match spec.symmetry.as_slice() {
+        [] => None,
+        axes => made_symmetric(ctx, &surface, &log_size, axes, edge_length, spec, &mut warnings)?,
+    };
+    let made = match made {
+        Some(made) => made,
+        None => make(ctx, surface.clone(), edge_length, &log_size, spec)?,
+    };
     // Where the deadline passed and every component has quads nevertheless, they are delivered, unless judging and
     // writing them would take long.
-    let n_quads: usize = solved.iter().map(|s| s.draft.mesh.quads.len()).sum();
-    let is_late = matches!(ctx.stopped(), Some(StopReason::Deadline)) && n_quads <= MOST_LATE;
+    let is_late = matches!(ctx.stopped(), Some(StopReason::Deadline)) && made.quads.quads.len() <= MOST_LATE;
     let late = is_late.then(|| ctx.unstopped());
     let ctx = late.as_ref().unwrap_or(ctx);
-    let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
-    give_up_features(&mut surface, &components, &solved);
-    warn_of(&solved, &mut warnings);
-    let map = assemble_map(&components, &solved);
-    let mut draft = QuadDraft::default();
-    let mut component = Vec::new();
-    for (c, s) in (0..).zip(solved) {
-        draft.append(s.draft);
-        component.resize(draft.mesh.quads.len(), c);
-    }
-    let index = SurfaceIndex::new(&surface.mesh);
+    warnings.extend(made.warnings);
+    let index = SurfaceIndex::new(&made.surface.mesh);
     let certificate =
-        ctx.stage(Stage::Certify, || certify(ctx, &surface, &index, &draft.mesh).map_err(RemeshError::from))?;
+        ctx.stage(Stage::Certify, || certify(ctx, &made.surface, &index, &made.quads).map_err(RemeshError::from))?;
     let attributes = if certificate.certified && has_attributes(soup, spec.preserve) {
-        let origin = Origin::new(soup, &surface.mesh, &polygon, &index);
-        match ctx.stage(Stage::Write, || carry(ctx, &origin, &draft.mesh, &component, spec.preserve)) {
+        // A surface that was mirrored is not the one that the attributes belong to.
+        let own = (!spec.symmetry.is_empty()).then(|| SurfaceIndex::new(&surface.mesh));
+        let origin = Origin::new(soup, &surface.mesh, &polygon, own.as_ref().unwrap_or(&index));
+        match ctx.stage(Stage::Write, || carry(ctx, &origin, &made.quads, &made.component, spec.preserve)) {
             // The quads are there: they are worth more than what they would have carried.
             Err(Cancelled(StopReason::Deadline)) => {
                 warnings.push("the deadline passed before attributes were carried to the quads".to_owned());
@@ -114,23 +114,110 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
             Method::QuadCover => "quadcover",
         },
         certified: certificate.certified,
-        level: levels.iter().copied().max().unwrap_or(Level::L0),
-        component_levels: levels,
+        level: made.levels.iter().copied().max().unwrap_or(Level::L0),
+        component_levels: made.levels,
         input: InputReport {
             vertices: surface.mesh.n_vertices(),
             triangles: surface.mesh.n_faces(),
             components: topology.components,
             boundaries: topology.boundaries,
             genus: topology.genus,
-            feature_edges: surface.features.edges.len(),
+            feature_edges: made.surface.features.edges.len(),
             repairs: Repairs { counts: repairs },
         },
         quads: certificate.measures,
-        map: map.as_ref().map(|m| m.report.clone()),
+        map: made.map.as_ref().map(|m| m.report.clone()),
         warnings,
     };
     ctx.progress(0.97);
-    Ok(Outcome { quads: draft.mesh, attributes, map, surface, report })
+    Ok(Outcome { quads: made.quads, attributes, map: made.map, surface: made.surface, report })
+}
+
+/// Quads that are not judged yet, and what they belong to.
+struct Made {
+    /// What they are to be judged by: features that were given up are gone.
+    surface: Surface,
+    quads: QuadMesh,
+    /// Component of the surface per quad.
+    component: Vec<u32>,
+    map: Option<MapOutcome>,
+    /// Per component.
+    levels: Vec<Level>,
+    warnings: Vec<String>,
+}
+
+/// Solves the components of a surface.
+fn make(
+    ctx: &RunContext,
+    mut surface: Surface,
+    edge_length: f64,
+    log_size: &[f64],
+    spec: &RemeshSpec,
+) -> Result<Made, RemeshError> {
+    let components = split(&surface, edge_length, log_size, &spec.strokes);
+    let solved = solve(ctx, &components, spec)?;
+    let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
+    give_up_features(&mut surface, &components, &solved);
+    let mut warnings = Vec::new();
+    warn_of(&solved, &mut warnings);
+    let map = assemble_map(&components, &solved);
+    let mut draft = QuadDraft::default();
+    let mut component = Vec::new();
+    for (c, s) in (0..).zip(solved) {
+        draft.append(s.draft);
+        component.resize(draft.mesh.quads.len(), c);
+    }
+    Ok(Made { surface, quads: draft.mesh, component, map, levels, warnings })
+}
+
+/// Solves a part of a surface and adds its images; `None` with a warning if that does not make certified quads.
+fn made_symmetric(
+    ctx: &RunContext,
+    whole: &Surface,
+    log_size: &[f64],
+    axes: &[usize],
+    edge_length: f64,
+    spec: &RemeshSpec,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Made>, RemeshError> {
+    let min_length = SHORTEST_FEATURE * edge_length;
+    let fold = ctx.stage(Stage::Condition, || fold(ctx, whole, log_size, axes, min_length, warnings))?;
+    let cause = match make(ctx, fold.surface.clone(), edge_length, &fold.log_size, spec) {
+        Err(RemeshError::NoQuads { cause, .. }) => cause,
+        made => match unfolded(made?, whole, &fold) {
+            None => "the images do not fit together".to_owned(),
+            Some(made) => {
+                let late = matches!(ctx.stopped(), Some(StopReason::Deadline)).then(|| ctx.unstopped());
+                let ctx = late.as_ref().unwrap_or(ctx);
+                let index = SurfaceIndex::new(&made.surface.mesh);
+                let certificate = ctx.stage(Stage::Certify, || certify(ctx, &made.surface, &index, &made.quads))?;
+                match certificate.violations.first() {
+                    None => return Ok(Some(made)),
+                    Some(violation) => violation.to_string(),
+                }
+            }
+        },
+    };
+    warnings.push(format!("symmetry was given up: {cause}"));
+    Ok(None)
+}
+
+/// What was made for a part, with its images; `None` if they do not fit together.
+fn unfolded(made: Made, whole: &Surface, fold: &Fold) -> Option<Made> {
+    let surface = unfold_surface(&made.surface, &fold.unfoldings)?;
+    let quads = unfold_quads(made.quads, &fold.unfoldings);
+    let map = made.map.map(|map| unfold_map(map, &fold.unfoldings));
+    // A component of the whole may be several of the part, and the other way round.
+    let (part_of, _) = fold.surface.mesh.components();
+    let (whole_of, n) = surface.mesh.components();
+    let mut levels = vec![Level::L0; n];
+    for (f, &c) in whole_of.iter().enumerate() {
+        levels[c as usize] = levels[c as usize].max(made.levels[part_of[f % part_of.len()] as usize]);
+    }
+    let (component_of, index) = (whole.mesh.components().0, SurfaceIndex::new(&whole.mesh));
+    let centre = |q: &[u32; 4]| q.iter().map(|&v| quads.positions[v as usize]).sum::<DVec3>() / 4.0;
+    let component = quads.quads.iter().map(|q| component_of[index.closest(centre(q)).face as usize]).collect();
+    Some(Made { surface, quads, component, map, levels, warnings: made.warnings })
 }
 
 fn has_attributes(soup: &TriangleSoup, wanted: Preserve) -> bool {

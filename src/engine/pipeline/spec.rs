@@ -107,6 +107,8 @@ pub struct RemeshSpec {
     pub strokes: Vec<Vec<DVec3>>,
     /// Branch points.
     pub optimise: Optimise,
+    /// Axes (0, 1, 2, each at most once) across which the quads are to be exactly their own mirror image.
+    pub symmetry: Vec<usize>,
     /// Where the parameterisation lives.
     pub working_mesh: WorkingMesh,
     /// Attributes carried to the quads, where the input has them.
@@ -131,6 +133,7 @@ impl Default for RemeshSpec {
             smoothing: 0.5,
             strokes: Vec::new(),
             optimise: Optimise::default(),
+            symmetry: Vec::new(),
             working_mesh: WorkingMesh::default(),
             preserve: Preserve::default(),
             cut_non_orientable: false,

@@ -178,7 +178,7 @@ mod tests {
             SpecFlags { edge_length: Some("NaN".into()), ..SpecFlags::default() },
             SpecFlags { deadline: Some("-1".into()), ..SpecFlags::default() },
             SpecFlags { method: Some("magic".into()), ..SpecFlags::default() },
-            SpecFlags { symmetry: vec!["x".into()], ..SpecFlags::default() },
+            SpecFlags { symmetry: vec!["w".into()], ..SpecFlags::default() },
             SpecFlags { spec: Some("no/such/file.json".into()), ..SpecFlags::default() },
         ];
         for flags in wrong {

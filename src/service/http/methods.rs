@@ -41,10 +41,8 @@ pub(super) async fn list_methods() -> Json<MethodList> {
             cannot: vec![
                 "move branch points onto features or the boundary, or off them (optimise)",
                 "ignore the boundary (boundary: free)",
-                "exact mirror symmetry (symmetry)",
                 "quad-dominant meshes (output)",
                 "carry skin weights to the quads, or what a material is besides its name (preserve)",
-                "find sharp edges by split vertex normals (features.normals)",
                 "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
             ],
             parameters: spec_schema(),

@@ -1,5 +1,7 @@
 //! The spec of a request (contract.md, section 3): JSON in, a validated [`RemeshSpec`] or all violations out.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -52,7 +54,8 @@ pub struct RemeshRequest {
     /// What is done about branch points: as found; moved to where the field has least curl; also created and cancelled
     /// where that saves more than it costs in rounding.
     pub optimise: OptimiseName,
-    /// Exact mirror symmetry of the result; not available in this version.
+    /// Exact mirror symmetry of the result: the side of larger coordinates is solved and mirrored. Models that are further
+    /// from their mirror image than 5 % of their diagonal are refused.
     pub symmetry: Vec<SymmetryAxis>,
     /// Pure or quad-dominant; this version makes pure quads only.
     pub output: OutputName,
@@ -237,7 +240,6 @@ impl RemeshRequest {
         }
         let free = unavailable("a field that ignores the boundary is");
         refuse(self.boundary == BoundaryName::Free, "/boundary", free);
-        refuse(!self.symmetry.is_empty(), "/symmetry", unavailable("exact symmetry is"));
         let dominant = unavailable("quad-dominant output is");
         refuse(self.output != OutputName::Pure, "/output", dominant);
         let skin = unavailable("carrying joints and weights to the quads is");
@@ -288,6 +290,7 @@ impl RemeshRequest {
                 OptimiseName::Relocate => Optimise::Relocate,
                 OptimiseName::Balance => Optimise::Balance,
             },
+            symmetry: self.symmetry.iter().map(|&axis| axis as usize).collect::<BTreeSet<_>>().into_iter().collect(),
             working_mesh: match self.working_mesh {
                 WorkingMeshName::Auto => WorkingMesh::Auto,
                 WorkingMeshName::Input => WorkingMesh::Input,
@@ -340,7 +343,7 @@ mod tests {
     fn all_violations_are_reported_at_once() {
         let spec = json!({
             "target": {"quads": 0}, "smoothing": 2, "colour": 1, "features": {"angle": -1, "corner": true},
-            "seed": "x", "tags": [""], "method": "harmonic", "symmetry": ["x"], "strokes": [[[0, 0, 0]]]
+            "seed": "x", "tags": [""], "method": "harmonic", "symmetry": ["w"], "strokes": [[[0, 0, 0]]]
         });
         let mut found = pointers(spec);
         found.sort();
@@ -377,12 +380,14 @@ mod tests {
     }
 
     #[test]
-    fn sizes_and_strokes_reach_the_engine() {
+    fn sizes_strokes_and_symmetry_reach_the_engine() {
         let strokes = json!([[[0, 0, 0], [1, 0, 0.5]]]);
         let spec = json!({"adaptive_size": 40, "density_from_vertex_colour": true, "strokes": strokes});
         let spec = ResolvedSpec::from_value(spec).unwrap().spec;
         assert_eq!((spec.adaptive_size, spec.density_from_vertex_colour), (40.0, true));
         assert_eq!(spec.strokes, [[DVec3::ZERO, DVec3::new(1.0, 0.0, 0.5)]]);
+        let spec = ResolvedSpec::from_value(json!({"symmetry": ["z", "x", "z"]})).unwrap().spec;
+        assert_eq!(spec.symmetry, [0, 2]);
         for size in [-1.0, 100.5] {
             assert_eq!(pointers(json!({ "adaptive_size": size })), ["/adaptive_size"]);
         }

@@ -94,14 +94,14 @@ pub enum AlignName {
 pub enum OptimiseName {
     /// As found.
     None,
-    /// Moved; not available in this version.
+    /// Moved to where the field has least curl.
     Relocate,
     /// Created, moved and balanced.
     #[default]
     Balance,
 }
 
-/// A mirror plane of the result, through the centre of the model.
+/// A mirror plane of the result, through the origin or through the middle of the model, whichever fits the model better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SymmetryAxis {

@@ -2,6 +2,7 @@
 
 use crate::engine::mesh::Conditioned;
 use crate::engine::mesh::Features;
+use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::feature_detection::corners::find_corners;
 use crate::engine::mesh::feature_detection::network::Network;
@@ -50,5 +51,19 @@ pub fn detect_features(conditioned: &Conditioned, soup: &TriangleSoup, options: 
         prune(&mut network, options.angle_degrees.to_radians(), options.min_length);
     }
     let corners = find_corners(mesh, &network, options.min_length);
+    Features { edges: network.edges(), corners }
+}
+
+/// The feature network that these edges make up, given as (lower, higher) vertex and sorted, with its corners and those
+/// of the boundary. `min_length` as in [`FeatureOptions`]. O(F log F).
+pub fn features_of_edges(mesh: &TriMesh, edges: &[[u32; 2]], min_length: f64) -> Features {
+    let mut network = Network::new(mesh);
+    for h in 0..mesh.n_halfedges() {
+        let (a, b) = (mesh.origin(h), mesh.target(h));
+        if !mesh.is_boundary(h) && edges.binary_search(&[a.min(b), a.max(b)]).is_ok() {
+            network.set(h, true);
+        }
+    }
+    let corners = find_corners(mesh, &network, min_length);
     Features { edges: network.edges(), corners }
 }

@@ -12,4 +12,4 @@ mod seeds;
 #[cfg(test)]
 mod tests;
 
-pub use detect::{FeatureOptions, detect_features};
+pub use detect::{FeatureOptions, detect_features, features_of_edges};

@@ -7,6 +7,7 @@ mod reach;
 mod repair;
 mod sequence;
 mod shaping;
+mod turning;
 mod valence;
 
 #[cfg(test)]

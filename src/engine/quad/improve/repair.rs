@@ -103,7 +103,7 @@ fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft, which: B
 
 /// Whether a quad has no area, or turns its back both to the normals beneath its corners and to the one beneath its
 /// middle.
-fn is_turned_over(index: &SurfaceIndex, p: &[glam::DVec3; 4]) -> bool {
+pub(super) fn is_turned_over(index: &SurfaceIndex, p: &[glam::DVec3; 4]) -> bool {
     let area = area_vector(p);
     if area.length() <= 1e-9 * p[0].distance_squared(p[2]).max(p[1].distance_squared(p[3])) {
         return true;

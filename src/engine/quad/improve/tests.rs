@@ -1,5 +1,6 @@
 use glam::DVec3;
 
+use crate::engine::mesh::Features;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::Topology;
@@ -254,6 +255,35 @@ fn straight_corners_are_shared_by_two_quads_and_nothing_else_changes() {
         [1, 3].map(|k| good.mesh.positions[good.mesh.quads[600][k] as usize]).iter().sum::<DVec3>() / 2.0;
     ctx.stop(StopReason::Client);
     assert!(pillow_quads(&ctx, &surface, &index, &straight).is_err());
+}
+
+/// A quad whose corners are all on one line has no room of its own: the edge to its neighbour is turned.
+#[test]
+fn a_quad_on_a_line_takes_room_from_its_neighbour() {
+    const N: u32 = 6;
+    let places = (0..(N + 1) * (N + 1)).map(|v| DVec3::new(f64::from(v % (N + 1)), f64::from(v / (N + 1)), 0.0));
+    let vertex = |x: u32, y: u32| y * (N + 1) + x;
+    let square = |x: u32, y: u32| [vertex(x, y), vertex(x + 1, y), vertex(x + 1, y + 1), vertex(x, y + 1)];
+    let quads: Vec<[u32; 4]> = (0..N * N).map(|q| square(q % N, q / N)).collect();
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let mesh = TriMesh::try_new(places.clone().collect(), triangles).unwrap();
+    let surface = Surface { mesh, features: Features::default() };
+    let rim = |p: DVec3| p.truncate().min_element() == 0.0 || p.truncate().max_element() == f64::from(N);
+    let anchors = places.clone().map(|p| if rim(p) { Anchor::Curve } else { Anchor::Surface }).collect();
+    let positions = places.collect();
+    let mut line = QuadDraft { mesh: QuadMesh { positions, quads }, anchors, feature_edges: Vec::new() };
+    line.mesh.positions[vertex(3, 3) as usize] = DVec3::new(2.7, 2.0, 0.0);
+    line.mesh.positions[vertex(2, 3) as usize] = DVec3::new(2.3, 2.0, 0.0);
+    let worst = |d: &QuadDraft| {
+        let least = |q: &[u32; 4]| quality(&q.map(|v| d.mesh.positions[v as usize]), DVec3::Z);
+        d.mesh.quads.iter().map(least).fold(f64::INFINITY, f64::min)
+    };
+    assert!(worst(&line) <= 0.0);
+    let index = SurfaceIndex::new(&surface.mesh);
+    let mended = pillow_quads(&RunContext::silent(), &surface, &index, &line).unwrap().unwrap();
+    assert!(worst(&mended) > 0.004, "{}", worst(&mended));
+    assert_eq!(topology(&mended.mesh), topology(&line.mesh));
+    assert_eq!(mended.mesh.positions[..line.mesh.positions.len()], line.mesh.positions);
 }
 
 #[test]

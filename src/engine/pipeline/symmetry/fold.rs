@@ -1,0 +1,102 @@
+//! From the whole to its half, quarter or eighth.
+
+use glam::DVec3;
+
+use crate::engine::mesh::{Surface, SurfaceIndex, TriMesh};
+use crate::engine::pipeline::error::RemeshError;
+use crate::engine::pipeline::symmetry::halve::{Half, halve};
+use crate::engine::pipeline::symmetry::mirror::Mirror;
+use crate::engine::pipeline::symmetry::unfold::{Unfolding, unfold_surface};
+use crate::engine::run::{Cancelled, RunContext};
+
+/// Models whose image is further from them than this part of their diagonal are refused.
+const MOST: f64 = 0.05;
+/// From this part on it is worth a warning.
+const WORTH_A_WARNING: f64 = 0.001;
+/// The middle of the model is the plane only if it agrees this much better than the origin, as a part of the diagonal.
+const BETTER: f64 = 0.001;
+
+/// A part of a surface of which all others are images.
+pub(in crate::engine::pipeline) struct Fold {
+    /// The part.
+    pub(in crate::engine::pipeline) surface: Surface,
+    /// Its sizes per vertex, empty if all quads are to be alike.
+    pub(in crate::engine::pipeline) log_size: Vec<f64>,
+    /// How to come back: the last plane first.
+    pub(in crate::engine::pipeline) unfoldings: Vec<Unfolding>,
+}
+
+/// Folds a surface at the planes across some axes. What is worth knowing is added to the warnings; `min_length` is that
+/// of the feature detection.
+///
+/// # Errors
+/// [`RemeshError::NotSymmetric`]; [`RemeshError::Cancelled`].
+pub(in crate::engine::pipeline) fn fold(
+    ctx: &RunContext,
+    whole: &Surface,
+    log_size: &[f64],
+    axes: &[usize],
+    min_length: f64,
+    warnings: &mut Vec<String>,
+) -> Result<Fold, RemeshError> {
+    let mut part = Half { surface: whole.clone(), log_size: log_size.to_vec(), on_planes: Vec::new() };
+    let mut mirrors = Vec::new();
+    for &axis in axes {
+        let (mirror, away) = plane(ctx, &whole.mesh, axis)?;
+        let name = ["x", "y", "z"][axis];
+        let refused = |cause: String| RemeshError::NotSymmetric { axis: name, cause };
+        if away > MOST {
+            return Err(refused(format!(
+                "its mirror image is up to {:.1} % of the diagonal away from it",
+                100.0 * away
+            )));
+        }
+        if away > WORTH_A_WARNING {
+            warnings.push(format!(
+                "symmetry/{name}: the side of larger {name} is mirrored; the other one differs from that by up to {:.2} % \
+                 of the diagonal",
+                100.0 * away
+            ));
+        }
+        let half = halve(&part, mirror, min_length)
+            .ok_or_else(|| refused(format!("the plane {name} = {} does not cut it in two halves", mirror.at)))?;
+        let again = unfold_surface(&half.surface, &[Unfolding { mirror, on_plane: Vec::new() }]);
+        if again.map(|again| again.mesh.topology()) != Some(part.surface.mesh.topology()) {
+            return Err(refused(format!("the two halves at {name} = {} are not alike", mirror.at)));
+        }
+        part = half;
+        mirrors.push(mirror);
+    }
+    let Half { surface, log_size, on_planes } = part;
+    let unfoldings = mirrors.into_iter().zip(on_planes).rev();
+    let unfoldings = unfoldings.map(|(mirror, on_plane)| Unfolding { mirror, on_plane }).collect();
+    Ok(Fold { surface, log_size, unfoldings })
+}
+
+/// The plane across an axis that agrees with the model, and how far the model's image is from it there, in diagonals.
+fn plane(ctx: &RunContext, mesh: &TriMesh, axis: usize) -> Result<(Mirror, f64), Cancelled> {
+    let lo = mesh.positions().iter().copied().reduce(DVec3::min).unwrap_or_default();
+    let hi = mesh.positions().iter().copied().reduce(DVec3::max).unwrap_or_default();
+    let bounds = [lo, hi];
+    let diagonal = (hi - lo).length();
+    let index = SurfaceIndex::new(mesh);
+    let away = |mirror: Mirror| {
+        let mut away: f64 = 0.0;
+        for (v, &p) in mesh.positions().iter().enumerate() {
+            if v % 4096 == 0 {
+                ctx.check()?;
+            }
+            away = away.max(index.closest(mirror.image(p)).distance);
+        }
+        Ok::<_, Cancelled>(away / diagonal)
+    };
+    let middle = 0.5 * (lo[axis] + hi[axis]);
+    let [origin, middle] = [0.0, middle].map(|at| Mirror::new(axis, at, bounds));
+    // Where the origin is outside there is nothing to compare.
+    let by_origin = if lo[axis] < 0.0 && hi[axis] > 0.0 { away(origin)? } else { f64::INFINITY };
+    if by_origin <= BETTER {
+        return Ok((origin, by_origin));
+    }
+    let by_middle = away(middle)?;
+    Ok(if by_origin <= by_middle + BETTER { (origin, by_origin) } else { (middle, by_middle) })
+}
