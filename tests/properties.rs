@@ -113,7 +113,7 @@ fn heap() -> impl Strategy<Value = TriangleSoup> {
 
 /// A small surface with triangles missing, turned over and doubled, vertices joined and vertices torn away.
 fn wreck() -> impl Strategy<Value = TriangleSoup> {
-    let base = prop_oneof![16 => Just(("cube", 12)), 4 => Just(("cube", 48)), 1 => Just(("half_pipe", 450))];
+    let base = prop_oneof![16 => Just(("cube", 12)), 4 => Just(("cube", 48)), 1 => Just(("half_pipe", 200))];
     let damage = vec((0..6u8, any::<u32>(), any::<u32>()), 0..10);
     (base, damage, placement()).prop_map(|((name, triangles), damage, placement)| {
         let mut soup = sample(name, triangles, 0.0, 0).unwrap_or_default();

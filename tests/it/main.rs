@@ -15,3 +15,4 @@ mod refusals;
 mod routes;
 mod scripted;
 mod server;
+mod typical_failures;

@@ -11,7 +11,7 @@ use crate::engine::parameterize::poisson::hat_gradients;
 /// Measures of a map on its working mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapMeasures {
-    /// Triangles with negative or no area in the map.
+    /// Triangles with negative or no area in the map; after untangling also those around vertices wound around twice.
     pub flipped: usize,
     /// Largest deviation of a transition from its quarter turn and integer translation, in grid units.
     pub seam_residual: f64,

@@ -7,12 +7,13 @@
 //! solve put it. Singular vertices, corners and crossings of grid lines never move; vertices on a grid line move along it.
 
 use std::collections::VecDeque;
+use std::f64::consts::PI;
 
 use glam::{DMat2, DVec2};
 
 use crate::engine::field::Frames;
 use crate::engine::mesh::TriMesh;
-use crate::engine::mesh::prev;
+use crate::engine::mesh::{next, prev};
 use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
@@ -48,8 +49,9 @@ struct Target {
     area: f64,
 }
 
-/// Moves vertices of `map` until no triangle is flipped, or gives up; the map never gets more flipped triangles than it
-/// had. `scale` is in grid units per model unit. Returns the number of triangles that stay flipped.
+/// Moves vertices of `map` until no triangle is flipped and no regular vertex is wound around twice, or gives up; the map
+/// never gets more such triangles than it had. `scale` is in grid units per model unit. Returns the number of triangles
+/// that stay flipped or around vertices that are wound around twice.
 ///
 /// # Errors
 /// [`Cancelled`] if the run was stopped.
@@ -62,28 +64,69 @@ pub fn untangle(
     scale: f64,
 ) -> Result<usize, Cancelled> {
     let targets: Vec<Target> = (0..mesh.n_faces()).map(|f| target(mesh, frames, f, scale)).collect();
-    let mut flipped = flipped_faces(map, &targets);
+    let mut faults = faults(mesh, map, pinned, &targets);
     let mut rings = RINGS;
     for _ in 0..ROUNDS {
-        if flipped.is_empty() {
+        if faults.is_empty() {
             break;
         }
         let before = map.uv.clone();
-        let vertices = region(mesh, &flipped, rings);
+        let vertices = region(mesh, &faults, rings);
+        for v in overwound(mesh, map, pinned) {
+            unwind(mesh, map, pinned, v);
+        }
         relax_region(ctx, mesh, map, pinned, &targets, &vertices)?;
-        let now = flipped_faces(map, &targets);
-        let is_stuck = now.len() > HOPELESS && 4 * now.len() > 3 * flipped.len();
-        if now.len() > flipped.len() {
+        let now = self::faults(mesh, map, pinned, &targets);
+        let is_stuck = now.len() > HOPELESS && 4 * now.len() > 3 * faults.len();
+        if now.len() > faults.len() {
             map.uv = before;
         } else {
-            flipped = now;
+            faults = now;
         }
         if is_stuck {
             break;
         }
         rings *= 2;
     }
-    Ok(flipped.len())
+    Ok(faults.len())
+}
+
+/// Triangles that are flipped, and those around vertices that are wound around twice.
+fn faults(mesh: &TriMesh, map: &GridMap, pinned: &[bool], targets: &[Target]) -> Vec<usize> {
+    let mut faces = flipped_faces(map, targets);
+    faces.extend(overwound(mesh, map, pinned).iter().flat_map(|&v| mesh.fan(v)).map(|h| h / 3));
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+}
+
+/// Interior vertices that are not pinned and nevertheless have an angle of more than three half turns: no triangle needs
+/// to be flipped for that, if a singular vertex nearby has too little of it.
+fn overwound(mesh: &TriMesh, map: &GridMap, pinned: &[bool]) -> Vec<u32> {
+    let angle = |v: u32| {
+        let at = |h: usize| (map.uv[next(h)] - map.uv[h]).angle_to(map.uv[prev(h)] - map.uv[h]);
+        mesh.fan(v).map(at).sum::<f64>()
+    };
+    let is_free = |v: &u32| !pinned[*v as usize] && !mesh.is_boundary_vertex(*v);
+    (0..mesh.n_vertices() as u32).filter(is_free).filter(|&v| angle(v) > 3.0 * PI).collect()
+}
+
+/// Puts a vertex amid its neighbours, as far as it is free: flips can be undone, windings cannot.
+fn unwind(mesh: &TriMesh, map: &mut GridMap, pinned: &[bool], v: u32) {
+    let corners = fan_corners(mesh, map, v);
+    let away = |&(h, quarters): &Corner| {
+        let (to, from) = (map.uv[next(h)] - map.uv[h], map.uv[prev(h)] - map.uv[h]);
+        rotate(0.5 * (to + from), (4 - quarters) & 3)
+    };
+    let mean = corners.iter().map(away).sum::<DVec2>() / corners.len() as f64;
+    let delta = match freedom(map, pinned, v, &corners) {
+        Freedom::Fixed => return,
+        Freedom::Line(along) => along * mean.dot(along),
+        Freedom::Plane => mean,
+    };
+    for (h, quarters) in corners {
+        map.uv[h] += rotate(delta, quarters);
+    }
 }
 
 fn target(mesh: &TriMesh, frames: &Frames, f: usize, scale: f64) -> Target {
@@ -239,11 +282,7 @@ fn fan_energy(map: &GridMap, targets: &[Target], corners_of: &[Corner], delta: D
 
 /// One damped Newton step with derivatives by central differences, halved until the energy falls.
 fn move_vertex(map: &mut GridMap, targets: &[Target], freedom: Freedom, corners_of: &[Corner], epsilon: f64) {
-    let size = corners_of
-        .iter()
-        .map(|&(h, _)| (map.uv[crate::engine::mesh::next(h)] - map.uv[h]).length())
-        .fold(0.0, f64::max)
-        .max(1e-6);
+    let size = corners_of.iter().map(|&(h, _)| (map.uv[next(h)] - map.uv[h]).length()).fold(0.0, f64::max).max(1e-6);
     let energy = |delta: DVec2| fan_energy(map, targets, corners_of, delta, epsilon);
     let e0 = energy(DVec2::ZERO);
     let t = 1e-4 * size;

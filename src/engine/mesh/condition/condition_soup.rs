@@ -62,7 +62,7 @@ pub fn condition(
     }
     let mut partner = join_faces(ctx, &mut triangles, &positions, &mut tally)?;
     open_one_sided(&triangles, &mut partner, options, &mut tally)?;
-    orient(ctx, &mut triangles.corners, &mut partner, &positions, &mut tally)?;
+    let is_inside_out = orient(ctx, &mut triangles.corners, &mut partner, &positions, &mut tally)?;
     ctx.check()?;
     let n = positions.len();
     let draft = Draft {
@@ -83,7 +83,12 @@ pub fn condition(
     if draft.faces.is_empty() {
         return Err(ConditionError::NothingLeft { polygons });
     }
-    finish(soup, draft, frame.scale, tally)
+    let mut conditioned = finish(soup, draft, frame.scale, tally)?;
+    if is_inside_out {
+        let warning = "the model is inside out as it was given, and so are its quads";
+        conditioned.warnings.push(warning.to_owned());
+    }
+    Ok(conditioned)
 }
 
 /// Where the model is and how large.

@@ -1,6 +1,4 @@
-//! One sense of rotation per component, outward where there is an outside.
-
-use std::f64::consts::PI;
+//! One sense of rotation per component: the one that was given, or else outward where there is an outside.
 
 use glam::DVec3;
 
@@ -11,16 +9,16 @@ use crate::engine::mesh::condition::tally::Tally;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
-/// Turns faces over until every component agrees with itself (the edges where this is impossible are cut before) and
-/// closed components enclose a positive volume; a closed component that was given inside out within another one is
-/// the wall of a cavity and stays.
+/// Turns faces over until every component agrees with itself (the edges where this is impossible are cut before). What
+/// was given with one sense keeps it; closed components that were not enclose a positive volume. Returns whether the
+/// closed components together are inside out.
 pub(super) fn orient(
     ctx: &RunContext,
     corners: &mut [[u32; 3]],
     partner: &mut [u32],
     positions: &[DVec3],
     tally: &mut Tally,
-) -> Result<(), Cancelled> {
+) -> Result<bool, Cancelled> {
     let Senses { patch, n_patches, mut flip, .. } = senses(corners, partner);
     let turned = flip.iter().filter(|&&f| f).count();
     tally.add("faces_turned", turned);
@@ -47,20 +45,19 @@ pub(super) fn orient(
         shell.volume = shell.faces.iter().map(volume).sum();
     }
     let mut outward = 0;
-    for i in 0..shells.len() {
-        let shell = &shells[i];
-        if shell.volume < 0.0 && (shell.mixed || !is_cavity(ctx, i, &shells, corners, positions)?) {
-            outward += 1;
-            for &f in &shell.faces {
-                flip[f as usize] = !flip[f as usize];
-            }
+    for shell in shells.iter_mut().filter(|shell| shell.volume < 0.0 && shell.mixed) {
+        ctx.check()?;
+        outward += 1;
+        shell.volume = -shell.volume;
+        for &f in &shell.faces {
+            flip[f as usize] = !flip[f as usize];
         }
     }
     tally.add("components_turned_outward", outward);
     for f in (0..corners.len()).filter(|&f| flip[f]) {
         turn_over(f, corners, partner);
     }
-    Ok(())
+    Ok(shells.iter().map(|shell| shell.volume).sum::<f64>() < 0.0)
 }
 
 /// Faces of a component with what is known of it.
@@ -81,37 +78,6 @@ impl Shell {
         let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         Self { faces: Vec::new(), closed: true, mixed: false, volume: 0.0, low, high }
     }
-}
-
-/// Whether shell `i` lies inside an odd number of the other closed shells.
-fn is_cavity(
-    ctx: &RunContext,
-    i: usize,
-    shells: &[Shell],
-    corners: &[[u32; 3]],
-    positions: &[DVec3],
-) -> Result<bool, Cancelled> {
-    let inner = &shells[i];
-    let point = positions[corners[inner.faces[0] as usize][0] as usize];
-    let mut odd = false;
-    for (j, outer) in shells.iter().enumerate() {
-        let around = outer.low.cmple(inner.low).all() && outer.high.cmpge(inner.high).all();
-        if j == i || !outer.closed || !around || outer.volume.abs() <= inner.volume.abs() {
-            continue;
-        }
-        ctx.check()?;
-        let angle: f64 =
-            outer.faces.iter().map(|&f| solid_angle(corners[f as usize].map(|v| positions[v as usize] - point))).sum();
-        odd ^= angle.abs() > 2.0 * PI;
-    }
-    Ok(odd)
-}
-
-/// Solid angle of a triangle seen from the origin [van Oosterom and Strackee 1983].
-fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * a.dot(b.cross(c)).atan2(below)
 }
 
 /// Exchanges the last two corners of face `f`; its halfedge k becomes 2 − k.

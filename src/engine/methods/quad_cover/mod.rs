@@ -132,12 +132,11 @@ pub fn quad_cover(
         .stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners, weight))?;
     ctx.stage(Stage::Round, || {
         let (rounded, grid, measures) = meet_count(ctx, working, &frames, &system, options)?;
-        let (mut grid, mut measures) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
-        if measures.flipped > 0 {
-            let pinned = pinned(working, &field);
-            untangle(ctx, mesh, &frames, &mut grid, &pinned, rounded.scale)?;
-            measures = measure_map(mesh, &frames, &grid, rounded.scale);
-        }
+        let (mut grid, _) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
+        let pinned = pinned(working, &field);
+        let left = untangle(ctx, mesh, &frames, &mut grid, &pinned, rounded.scale)?;
+        let mut measures = measure_map(mesh, &frames, &grid, rounded.scale);
+        measures.flipped = measures.flipped.max(left);
         Ok(QuadCoverMap {
             grid,
             scale: rounded.scale,
