@@ -27,6 +27,9 @@ const ROUNDS: usize = 3;
 /// Sweeps over the region per round.
 const SWEEPS: usize = 60;
 
+/// Sweeps in which the surroundings of a vertex that is wound around twice are evened out.
+const EVENING: usize = 20;
+
 /// Vertex moves per round at most: beyond that the flips come from detail below the grid, and more work does not help.
 const WORK: usize = 200_000;
 
@@ -64,40 +67,57 @@ pub fn untangle(
     scale: f64,
 ) -> Result<usize, Cancelled> {
     let targets: Vec<Target> = (0..mesh.n_faces()).map(|f| target(mesh, frames, f, scale)).collect();
-    let mut faults = faults(mesh, map, pinned, &targets);
+    let mut flipped = flipped_faces(map, &targets);
     let mut rings = RINGS;
     for _ in 0..ROUNDS {
-        if faults.is_empty() {
+        if flipped.is_empty() {
             break;
         }
         let before = map.uv.clone();
-        let vertices = region(mesh, &faults, rings);
-        for v in overwound(mesh, map, pinned) {
-            unwind(mesh, map, pinned, v);
-        }
+        let vertices = region(mesh, &flipped, rings);
         relax_region(ctx, mesh, map, pinned, &targets, &vertices)?;
-        let now = self::faults(mesh, map, pinned, &targets);
-        let is_stuck = now.len() > HOPELESS && 4 * now.len() > 3 * faults.len();
-        if now.len() > faults.len() {
+        let now = flipped_faces(map, &targets);
+        let is_stuck = now.len() > HOPELESS && 4 * now.len() > 3 * flipped.len();
+        if now.len() > flipped.len() {
             map.uv = before;
         } else {
-            faults = now;
+            flipped = now;
         }
         if is_stuck {
             break;
         }
         rings *= 2;
     }
-    Ok(faults.len())
-}
-
-/// Triangles that are flipped, and those around vertices that are wound around twice.
-fn faults(mesh: &TriMesh, map: &GridMap, pinned: &[bool], targets: &[Target]) -> Vec<usize> {
-    let mut faces = flipped_faces(map, targets);
-    faces.extend(overwound(mesh, map, pinned).iter().flat_map(|&v| mesh.fan(v)).map(|h| h / 3));
-    faces.sort_unstable();
-    faces.dedup();
-    faces
+    if !flipped.is_empty() {
+        return Ok(flipped.len());
+    }
+    let faces_around = |vertices: &[u32]| {
+        let mut faces: Vec<usize> = vertices.iter().flat_map(|&v| mesh.fan(v)).map(|h| h / 3).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        faces
+    };
+    let mut wound = faces_around(&overwound(mesh, map, pinned));
+    for round in 0..ROUNDS {
+        if wound.is_empty() {
+            break;
+        }
+        // Flips can be undone, windings cannot: everything near is evened out first, whatever is flipped by that.
+        let before = map.uv.clone();
+        for _ in 0..EVENING {
+            for &v in &region(mesh, &wound, round) {
+                even_out(mesh, map, pinned, v);
+            }
+        }
+        relax_region(ctx, mesh, map, pinned, &targets, &region(mesh, &wound, RINGS << round))?;
+        let now = faces_around(&overwound(mesh, map, pinned));
+        if flipped_faces(map, &targets).is_empty() && now.len() < wound.len() {
+            wound = now;
+        } else {
+            map.uv = before;
+        }
+    }
+    Ok(wound.len())
 }
 
 /// Interior vertices that are not pinned and nevertheless have an angle of more than three half turns: no triangle needs
@@ -111,8 +131,8 @@ fn overwound(mesh: &TriMesh, map: &GridMap, pinned: &[bool]) -> Vec<u32> {
     (0..mesh.n_vertices() as u32).filter(is_free).filter(|&v| angle(v) > 3.0 * PI).collect()
 }
 
-/// Puts a vertex amid its neighbours, as far as it is free: flips can be undone, windings cannot.
-fn unwind(mesh: &TriMesh, map: &mut GridMap, pinned: &[bool], v: u32) {
+/// Puts a vertex amid its neighbours, as far as it is free.
+fn even_out(mesh: &TriMesh, map: &mut GridMap, pinned: &[bool], v: u32) {
     let corners = fan_corners(mesh, map, v);
     let away = |&(h, quarters): &Corner| {
         let (to, from) = (map.uv[next(h)] - map.uv[h], map.uv[prev(h)] - map.uv[h]);
