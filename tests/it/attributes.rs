@@ -1,16 +1,17 @@
 //! What the input carries besides its shape goes the whole road to the files.
 
-use quadrille::service::formats::{Format, QuadFormat, ReadLimits, read_quads, read_soup};
+use quadrille::engine::mesh::Influences;
+use quadrille::service::formats::{Format, QuadFormat, ReadLimits, read_model, read_quads, read_soup};
 use reqwest::StatusCode;
 use serde_json::{Value, json as value};
 
 use crate::client::Client;
-use crate::meshes::{obj, surface};
+use crate::meshes::{glb, gltf, obj, surface};
 use crate::server::Server;
 
 /// Files of a job that has to succeed.
-async fn files(client: &Client, mesh: &[u8], spec: &Value) -> Vec<(QuadFormat, Vec<u8>)> {
-    let job = client.submit("cube.obj", mesh, spec).await;
+async fn files(client: &Client, name: &str, mesh: &[u8], spec: &Value) -> Vec<(QuadFormat, Vec<u8>)> {
+    let job = client.submit(name, mesh, spec).await;
     let done = client.finished(&job).await;
     assert_eq!(done["status"], "succeeded", "{}", done["problem"]);
     let mut files = Vec::new();
@@ -62,7 +63,7 @@ async fn materials_colours_and_texture_coordinates_come_out_of_every_file() {
     let server = Server::real(folder.path()).await;
     let client = &server.client;
     let spec = value!({"target": {"quads": 150}});
-    for (format, bytes) in files(client, &painted(), &spec).await {
+    for (format, bytes) in files(client, "cube.obj", &painted(), &spec).await {
         let quads = read_quads(&bytes, format).unwrap();
         if format == QuadFormat::Usda {
             let text = String::from_utf8(bytes).unwrap();
@@ -96,8 +97,87 @@ async fn materials_colours_and_texture_coordinates_come_out_of_every_file() {
     let mut nothing = spec.clone();
     nothing["preserve"] = value!([]);
     let plain = obj(&surface("cube", 300));
-    let bare = files(client, &painted(), &nothing).await;
-    assert_eq!(files(client, &plain, &spec).await, files(client, &plain, &nothing).await);
+    let bare = files(client, "cube.obj", &painted(), &nothing).await;
+    assert_eq!(files(client, "cube.obj", &plain, &spec).await, files(client, "cube.obj", &plain, &nothing).await);
     assert!(!String::from_utf8_lossy(&bare[0].1).contains("usemtl"));
+    server.stop().await;
+}
+
+/// How two joints share the places of the torus: linear in height.
+fn shared_by(z: f64) -> Influences {
+    Influences::of([(0, 0.5 - z), (1, 0.5 + z)]).unwrap()
+}
+
+/// A torus that two joints share, as GLB, with names for everything.
+fn rigged() -> Vec<u8> {
+    let torus = surface("torus", 2000);
+    let (mut json, mut bin) = gltf(&torus);
+    let n = torus.positions.len();
+    let mut attribute = |bytes: Vec<u8>, component: u32, count: usize, kind: &str| {
+        let view = value!({"buffer": 0, "byteOffset": bin.len(), "byteLength": bytes.len()});
+        bin.extend(bytes);
+        let list = |json: &mut Value, name: &str, item: Value| {
+            let list = json[name].as_array_mut().unwrap();
+            list.push(item);
+            list.len() - 1
+        };
+        let view = list(&mut json, "bufferViews", view);
+        let accessor = value!({"bufferView": view, "componentType": component, "count": count, "type": kind});
+        list(&mut json, "accessors", accessor)
+    };
+    let floats = |values: Vec<f32>| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
+    let joints = attribute([0, 1, 0, 0].repeat(n), 5121, n, "VEC4");
+    let weights = torus.positions.iter().flat_map(|p| [0.5 - p.z as f32, 0.5 + p.z as f32, 0.0, 0.0]).collect();
+    let weights = attribute(floats(weights), 5126, n, "VEC4");
+    let moved = |y: f32| [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, y, 0.0, 1.0];
+    let matrices = attribute(floats([moved(-1.0), moved(-3.0)].concat()), 5126, 2, "MAT4");
+    json["meshes"][0]["name"] = "ring mesh".into();
+    json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = joints.into();
+    json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = weights.into();
+    json["nodes"] = value!([
+        {"mesh": 0, "skin": 0, "name": "ring", "translation": [50, 0, 0]},
+        {"name": "lower", "translation": [0, 1, 0], "children": [2]},
+        {"name": "upper", "translation": [0, 2, 0]},
+    ]);
+    json["scenes"] = value!([{"nodes": [0, 1]}]);
+    json["skins"] = value!([{"joints": [1, 2], "inverseBindMatrices": matrices}]);
+    json["animations"] = value!([{"channels": [], "samplers": []}]);
+    json["buffers"][0]["byteLength"] = bin.len().into();
+    glb(&json, &bin)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn skins_and_names_come_out_of_the_glb() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::real(folder.path()).await;
+    let client = &server.client;
+    let mut spec = value!({"target": {"quads": 600}});
+    let made = files(client, "ring.glb", &rigged(), &spec).await;
+    let read = |bytes: &[u8]| read_model(bytes, Some(Format::Glb), &ReadLimits::default()).unwrap();
+    let of = |files: &[(QuadFormat, Vec<u8>)], format| files.iter().find(|(f, _)| *f == format).unwrap().1.clone();
+    let bytes = of(&made, QuadFormat::Glb);
+    let model = read(&bytes);
+    let input = read(&rigged());
+    assert_eq!(input.warnings.len(), 1);
+    assert_eq!(model.scene, input.scene, "names, skeleton and inverse bind matrices are those of the input");
+    assert_eq!((model.scene.objects[0].node.as_str(), model.scene.objects[0].mesh.as_str()), ("ring", "ring mesh"));
+    assert_eq!(model.scene.skeleton.joints.len(), 2);
+    // What moves the input and where it is bound is untouched by where its node stands.
+    assert_eq!(model.soup.skin.len(), model.soup.positions.len());
+    let mut worst = 0.0_f64;
+    for (p, made) in model.soup.positions.iter().zip(&model.soup.skin) {
+        assert!(p.abs().max_element() < 1.5, "{p}");
+        worst = worst.max(made.difference(&shared_by(p.z)));
+    }
+    assert!(worst < 0.01, "{worst}");
+    assert_eq!(read_quads(&bytes, QuadFormat::Glb).unwrap().positions, model.soup.positions);
+    let text = String::from_utf8(of(&made, QuadFormat::Obj)).unwrap();
+    assert!(text.contains("\no ring\n"));
+
+    spec["preserve"] = value!(["uv"]);
+    let bare = read(&of(&files(client, "ring.glb", &rigged(), &spec).await, QuadFormat::Glb));
+    assert!(bare.soup.skin.is_empty() && bare.scene.skeleton.joints.is_empty());
+    assert_eq!(bare.scene.objects, model.scene.objects);
+    assert_eq!(bare.soup.positions, model.soup.positions);
     server.stop().await;
 }

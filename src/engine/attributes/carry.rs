@@ -4,9 +4,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::engine::attributes::charts::Charts;
-use crate::engine::attributes::corner_values::blend;
+use crate::engine::attributes::corner_values::CornerValue;
 use crate::engine::attributes::origin::Origin;
 use crate::engine::attributes::quad_attributes::{Preserve, QuadAttributes};
+use crate::engine::mesh::Influences;
 use crate::engine::mesh::{NONE, SurfacePoint};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
@@ -15,8 +16,8 @@ use crate::engine::run::{Cancelled, RunContext};
 const STRIDE: usize = 64;
 
 /// Brings the attributes that are wanted and that the soup has to quads; `component` is that of the surface per quad.
-/// Quads take the material at their centre, vertices the colour and corners the texture coordinates at the nearest
-/// point of the surface. O((F + Q) log F).
+/// Quads take the material and the object at their centre, vertices the colour and the weights of joints and corners the
+/// texture coordinates at the nearest point of the surface. O((F + Q) log F).
 ///
 /// # Errors
 /// If the run was stopped.
@@ -31,15 +32,19 @@ pub fn carry(
     let materials = wanted.materials && soup.materials.iter().any(|&m| !soup.material_names[m as usize].is_empty());
     let uv = wanted.uv && !soup.uv.is_empty();
     let mut carried = QuadAttributes::default();
-    if materials || uv {
-        let work = Work { ctx, origin, quads, component };
+    let work = Work { ctx, origin, quads, component };
+    if materials || uv || !soup.objects.is_empty() {
         let centres = work.of_quads(|q| Ok(work.under_centre(q)))?;
+        let of_polygons = |values: &[u32]| {
+            let of_quad =
+                |at: &Option<SurfacePoint>| at.map_or(0, |at| values[origin.polygon[at.face as usize] as usize]);
+            centres.iter().map(of_quad).collect::<Vec<_>>()
+        };
         if materials {
-            let of_quad = |at: &Option<SurfacePoint>| {
-                at.as_ref().map_or(0, |at| soup.materials[origin.polygon[at.face as usize] as usize])
-            };
-            (carried.materials, carried.material_names) =
-                only_used(centres.iter().map(of_quad).collect(), &soup.material_names);
+            (carried.materials, carried.material_names) = only_used(of_polygons(&soup.materials), &soup.material_names);
+        }
+        if !soup.objects.is_empty() {
+            carried.objects = of_polygons(&soup.objects);
         }
         if uv {
             let charts = Charts { origin, uv: origin.corner_values(ctx, |corner| soup.uv[corner])? };
@@ -49,8 +54,19 @@ pub fn carry(
             })?;
         }
     }
-    if wanted.vertex_colours && !soup.colours.is_empty() {
-        carried.colours = colours(ctx, origin, quads, component)?;
+    let colours = wanted.vertex_colours && !soup.colours.is_empty();
+    let skin = wanted.skin && !soup.skin.is_empty();
+    if colours || skin {
+        let below = work.under_vertices()?;
+        if colours {
+            let values = |corner: usize| soup.colours[soup.indices[corner] as usize];
+            let made = at_points(&below, &origin.corner_values(ctx, values)?, [1.0; 4]);
+            carried.colours = made.into_iter().map(|colour| colour.map(|c| c.clamp(0.0, 1.0))).collect();
+        }
+        if skin {
+            let values = |corner: usize| soup.skin[soup.indices[corner] as usize];
+            carried.skin = at_points(&below, &origin.corner_values(ctx, values)?, Influences::one(0));
+        }
     }
     Ok(carried)
 }
@@ -91,37 +107,36 @@ impl Work<'_> {
         let centre = corners.iter().sum::<DVec3>() / 4.0;
         self.origin.facing(centre, self.component[q], self.normal(q), reach)
     }
+
+    /// The point of the surface at each vertex; of vertices without quads none.
+    fn under_vertices(&self) -> Result<Vec<Option<SurfacePoint>>, Cancelled> {
+        let quads = self.quads;
+        let n = quads.positions.len();
+        let (mut normals, mut home, mut reach) = (vec![DVec3::ZERO; n], vec![NONE; n], vec![0.0_f64; n]);
+        for (q, quad) in quads.quads.iter().enumerate() {
+            let (corners, normal) = (self.corners(q), self.normal(q));
+            let size = (corners[2] - corners[0]).length().max((corners[3] - corners[1]).length());
+            for &v in quad {
+                normals[v as usize] += normal;
+                home[v as usize] = self.component[q];
+                reach[v as usize] = reach[v as usize].max(size);
+            }
+        }
+        let below = |v: usize| {
+            if v.is_multiple_of(STRIDE) {
+                self.ctx.check()?;
+            }
+            Ok(self.origin.facing(quads.positions[v], home[v], normals[v], reach[v]))
+        };
+        (0..n).into_par_iter().map(below).collect()
+    }
 }
 
-/// The colour of each vertex; of vertices without quads none (white).
-fn colours(
-    ctx: &RunContext,
-    origin: &Origin<'_>,
-    quads: &QuadMesh,
-    component: &[u32],
-) -> Result<Vec<[f32; 4]>, Cancelled> {
-    let soup = origin.soup;
-    let of_faces = origin.corner_values(ctx, |corner| soup.colours[soup.indices[corner] as usize])?;
-    let work = Work { ctx, origin, quads, component };
-    let n = quads.positions.len();
-    let (mut normals, mut home, mut reach) = (vec![DVec3::ZERO; n], vec![NONE; n], vec![0.0_f64; n]);
-    for (q, quad) in quads.quads.iter().enumerate() {
-        let (corners, normal) = (work.corners(q), work.normal(q));
-        let size = (corners[2] - corners[0]).length().max((corners[3] - corners[1]).length());
-        for &v in quad {
-            normals[v as usize] += normal;
-            home[v as usize] = component[q];
-            reach[v as usize] = reach[v as usize].max(size);
-        }
-    }
-    let colour = |v: usize| {
-        if v.is_multiple_of(STRIDE) {
-            ctx.check()?;
-        }
-        let at = origin.facing(quads.positions[v], home[v], normals[v], reach[v]);
-        Ok(at.map_or([1.0; 4], |at| blend(at.barycentric, of_faces[at.face as usize]).map(|c| c.clamp(0.0, 1.0))))
-    };
-    (0..n).into_par_iter().map(colour).collect()
+/// The values of faces at points on them; `otherwise` where there is no point.
+fn at_points<T: CornerValue>(points: &[Option<SurfacePoint>], of_faces: &[[T; 3]], otherwise: T) -> Vec<T> {
+    let value =
+        |at: &Option<SurfacePoint>| at.map_or(otherwise, |at| T::blend(at.barycentric, of_faces[at.face as usize]));
+    points.par_iter().map(value).collect()
 }
 
 /// Leaves out the names that no quad has; the others keep their order.

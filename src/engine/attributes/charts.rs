@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use crate::engine::attributes::corner_values::blend;
+use crate::engine::attributes::corner_values::CornerValue;
 use crate::engine::attributes::origin::Origin;
 use crate::engine::mesh::{SurfacePoint, closest_on_triangle, next};
 
@@ -49,14 +49,14 @@ impl Charts<'_> {
             let (weights, p) = closest_on_triangle(on_surface.position, &self.origin.mesh.triangle(f as usize));
             let distance = p.distance_squared(on_surface.position);
             if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, blend(weights, self.uv[f as usize])));
+                best = Some((distance, CornerValue::blend(weights, self.uv[f as usize])));
             }
         }
         best.map(|(_, uv)| uv)
     }
 
     fn value(&self, at: &SurfacePoint) -> [f32; 2] {
-        blend(at.barycentric, self.uv[at.face as usize])
+        CornerValue::blend(at.barycentric, self.uv[at.face as usize])
     }
 
     /// The faces that touch a ball and are joined to `start` by such faces without a seam between them.

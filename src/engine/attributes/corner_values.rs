@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::engine::attributes::origin::Origin;
+use crate::engine::mesh::Influences;
 use crate::engine::mesh::closest_on_triangle;
 use crate::engine::run::{Cancelled, RunContext};
 
@@ -15,11 +16,11 @@ impl Origin<'_> {
     ///
     /// Faces that repairs flipped or moved have corners that are none of their polygon's. Those take the value of a
     /// neighbour's polygon at the same place, of several the one most like what their own polygon says nearest to it.
-    pub(super) fn corner_values<const N: usize>(
+    pub(super) fn corner_values<T: CornerValue>(
         &self,
         ctx: &RunContext,
-        value: impl Fn(usize) -> [f32; N] + Sync,
-    ) -> Result<Vec<[[f32; N]; 3]>, Cancelled> {
+        value: impl Fn(usize) -> T + Sync,
+    ) -> Result<Vec<[T; 3]>, Cancelled> {
         let of_face = |f: usize| {
             let polygon = self.polygon[f];
             if f.is_multiple_of(STRIDE) || self.soup.corners_of(polygon as usize).len() > STRIDE {
@@ -30,7 +31,7 @@ impl Origin<'_> {
                 self.said_at(polygon, p, &value).unwrap_or_else(|| {
                     let guess = self.nearest_in(polygon, p, &value);
                     let beside = self.mesh.fan(v).filter_map(|h| self.said_at(self.polygon[h / 3], p, &value));
-                    beside.min_by(|a, b| difference(a, &guess).total_cmp(&difference(b, &guess))).unwrap_or(guess)
+                    beside.min_by(|a, b| a.difference(&guess).total_cmp(&b.difference(&guess))).unwrap_or(guess)
                 })
             }))
         };
@@ -44,7 +45,7 @@ impl Origin<'_> {
     }
 
     /// The value at the polygon's point nearest to `p`; the polygon is taken as a fan.
-    fn nearest_in<const N: usize>(&self, polygon: u32, p: DVec3, value: impl Fn(usize) -> [f32; N]) -> [f32; N] {
+    fn nearest_in<T: CornerValue>(&self, polygon: u32, p: DVec3, value: impl Fn(usize) -> T) -> T {
         let corners = self.soup.corners_of(polygon as usize);
         let position = |c: usize| self.soup.positions[self.soup.indices[c] as usize];
         let first = corners.start;
@@ -57,15 +58,35 @@ impl Origin<'_> {
                 best = (triangle, weights, distance);
             }
         }
-        blend(best.1, best.0.map(value))
+        T::blend(best.1, best.0.map(value))
     }
 }
 
-/// The weighted mean of three values.
-pub(super) fn blend<const N: usize>(weights: [f64; 3], values: [[f32; N]; 3]) -> [f32; N] {
-    std::array::from_fn(|i| (0..3).map(|k| weights[k] * f64::from(values[k][i])).sum::<f64>() as f32)
+/// What a corner may say.
+pub(super) trait CornerValue: Copy + Send + Sync {
+    /// The weighted mean of three values.
+    fn blend(weights: [f64; 3], values: [Self; 3]) -> Self;
+
+    /// How unlike two values are, 0 for equals.
+    fn difference(&self, other: &Self) -> f32;
 }
 
-fn difference<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum()
+impl<const N: usize> CornerValue for [f32; N] {
+    fn blend(weights: [f64; 3], values: [Self; 3]) -> Self {
+        std::array::from_fn(|i| (0..3).map(|k| weights[k] * f64::from(values[k][i])).sum::<f64>() as f32)
+    }
+
+    fn difference(&self, other: &Self) -> f32 {
+        self.iter().zip(other).map(|(a, b)| (a - b).abs()).sum()
+    }
+}
+
+impl CornerValue for Influences {
+    fn blend(weights: [f64; 3], values: [Self; 3]) -> Self {
+        Self::blend(weights, values)
+    }
+
+    fn difference(&self, other: &Self) -> f32 {
+        self.difference(other) as f32
+    }
 }

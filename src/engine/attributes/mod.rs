@@ -1,4 +1,5 @@
-//! What the input carries besides its shape, brought to the quads: materials, vertex colours, texture coordinates.
+//! What the input carries besides its shape, brought to the quads: materials, vertex colours, texture coordinates,
+//! weights of joints, and which object each quad belongs to.
 //!
 //! Files say these things of corners of polygons. [`Origin`] finds them again at the corners of the conditioned faces;
 //! [`carry`] samples them where the quads are. Borders between materials are features, so no quad crosses them; seams of

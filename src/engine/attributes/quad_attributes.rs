@@ -1,5 +1,7 @@
 //! The attributes of quads, and which of them are wanted.
 
+use crate::engine::mesh::Influences;
+
 /// Which attributes of the input are carried to the quads, where the input has them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preserve {
@@ -9,11 +11,13 @@ pub struct Preserve {
     pub vertex_colours: bool,
     /// Texture coordinates of the corners.
     pub uv: bool,
+    /// Joints and weights of the vertices.
+    pub skin: bool,
 }
 
 impl Default for Preserve {
     fn default() -> Self {
-        Self { materials: true, vertex_colours: true, uv: true }
+        Self { materials: true, vertex_colours: true, uv: true, skin: true }
     }
 }
 
@@ -28,11 +32,16 @@ pub struct QuadAttributes {
     pub colours: Vec<[f32; 4]>,
     /// Texture coordinates per quad, in the order of its corners, v upwards; or empty.
     pub uv: Vec<[[f32; 2]; 4]>,
+    /// Joints and weights per vertex, or empty.
+    pub skin: Vec<Influences>,
+    /// Number of the input's object per quad, or empty if the input has no two.
+    pub objects: Vec<u32>,
 }
 
 impl QuadAttributes {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.materials.is_empty() && self.colours.is_empty() && self.uv.is_empty()
+        let of_quads = self.materials.is_empty() && self.uv.is_empty() && self.objects.is_empty();
+        of_quads && self.colours.is_empty() && self.skin.is_empty()
     }
 }

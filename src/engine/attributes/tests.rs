@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
-use crate::engine::mesh::{Conditioned, SurfaceIndex, TriangleSoup};
+use crate::engine::mesh::{Conditioned, Influences, SurfaceIndex, TriangleSoup};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext, StopReason};
 
@@ -252,6 +252,42 @@ fn a_seam_that_ends_inside_is_no_way_around() {
     let cells = disc(8, &[0.1, 1.0]);
     assert_uv(&carried(&soup(&input, true), &quads(&cells)), &cells);
     assert_uv(&carried(&soup(&input, false), &quads(&cells)), &cells);
+}
+
+/// Six joints along z, of which every place hangs on the two beside it.
+fn chain(z: f64) -> Influences {
+    let (below, share) = ((5.0 * z).floor(), (5.0 * z).fract());
+    Influences::of([(below as u16, 1.0 - share), (below as u16 + 1, share)]).unwrap()
+}
+
+#[test]
+fn weights_of_joints_stay_what_they_are_at_their_place() {
+    for shared in [true, false] {
+        let mut soup = soup(&tube(36, 10, 0.0), shared);
+        soup.skin = soup.positions.iter().map(|p| chain(p.z)).collect();
+        let mesh = quads(&tube(12, 7, 0.3));
+        let made = carried(&soup, &mesh);
+        assert_eq!(made.skin.len(), mesh.positions.len());
+        for (p, made) in mesh.positions.iter().zip(&made.skin) {
+            assert!(made.difference(&chain(p.z)) < 1e-6, "{p}: {made:?} instead of {:?}", chain(p.z));
+        }
+        // More joints at a place than a vertex may have: what is left are four whose sum is 1.
+        soup.skin = (0..soup.positions.len() as u16)
+            .map(|v| Influences::of([(2 * v, 0.6), (2 * v + 1, 0.4)]).unwrap())
+            .collect();
+        for made in carried(&soup, &mesh).skin {
+            let sum: f32 = made.weights().iter().sum();
+            assert!((sum - 1.0).abs() < 1e-6 && made.weights().is_sorted_by(|a, b| a >= b), "{made:?}");
+        }
+    }
+}
+
+#[test]
+fn quads_belong_to_the_object_below_them() {
+    let mut soup = soup(&cube(4), true);
+    soup.objects = (0..6 * 16).map(|p| p / 16).collect();
+    let made = carried(&soup, &quads(&cube(5)));
+    assert_eq!(made.objects, (0..6 * 25).map(|q| q / 25).collect::<Vec<_>>());
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod frames;
 mod sizing;
 mod smooth;
 mod strokes;
+mod transfer;
 mod turning;
 
 pub use branch::{BranchOptions, BranchSearch, curl_energy};
@@ -17,3 +18,4 @@ pub use frames::Frames;
 pub use sizing::{MAX_GRADIENT, colour_size, curvature_sizes, graded_sizes, quads_of};
 pub use smooth::{FieldOptions, smooth_cross_field};
 pub use strokes::{StrokeGuidance, stroke_guidance, strokes_off_surface};
+pub use transfer::{FieldStart, transfer_field};

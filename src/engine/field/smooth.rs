@@ -5,12 +5,13 @@
 //! their anisotropy over one quad. Faces at features and at the boundary are fixed. Normalising and solving again with
 //! a decreasing time step (Merriman–Bence–Osher, B.4) removes spurious dipoles.
 
-use crate::engine::field::branch::{BranchOptions, BranchSearch, Surroundings, search_branch_points};
+use crate::engine::field::branch::{BranchOptions, BranchSearch, Effort, Surroundings, search_branch_points};
 use crate::engine::field::cleanup::{cancel_pairs, mend_sectors};
 use crate::engine::field::cross_field::{CrossField, FieldError};
 use crate::engine::field::curvature::Guidance;
 use crate::engine::field::frames::Frames;
 use crate::engine::field::strokes::StrokeGuidance;
+use crate::engine::field::transfer::FieldStart;
 use crate::engine::field::turning::{Turning, edge_weight};
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::Cholesky;
@@ -29,6 +30,8 @@ pub struct FieldOptions {
     pub branch_points: Option<BranchOptions>,
     /// Lines to follow.
     pub strokes: Option<StrokeGuidance>,
+    /// Crosses to begin with instead of the smoothest ones. Their branch points are only moved a little.
+    pub start: Option<FieldStart>,
 }
 
 /// Normalised solves after the first, each with half the time step of the last.
@@ -37,6 +40,11 @@ const NORMALISED_SOLVES: usize = 3;
 /// Singularities of opposite index nearer than this many quad edges are cancelled: the grid cannot hold them apart
 /// without bending far around.
 const PAIR_DISTANCE: f64 = 1.5;
+
+/// The same for those that a search has brought to where they are.
+const KEPT_PAIR_DISTANCE: f64 = 0.6;
+/// Crosses of another mesh are smoothed over about this many quad edges.
+const START_REACH: f64 = 0.15;
 
 /// Pull of a stroke on its faces: more than their neighbours', whose three edges weigh about ten.
 const STROKE: f64 = 100.0;
@@ -57,14 +65,49 @@ pub fn smooth_cross_field(
     let (mut alignment, mut target) = alignment(mesh, frames, guidance, options);
     follow_strokes(options.strokes.as_ref(), &mut alignment, &mut target);
     let mut system = System::new(mesh, frames, &fixed);
+    let c = match &options.start {
+        Some(start) => continued(mesh, frames, &mut system, start, options.edge_length)?,
+        None => smoothest(ctx, mesh, frames, &mut system, (&alignment, &target), &fixed, options)?,
+    };
+    let angle = c.iter().map(|c| 0.25 * c.im.atan2(c.re)).collect();
+    let mut field = CrossField::from_angles(mesh, frames, angle);
+    let mended = mend_sectors(mesh, frames, &mut field, is_feature);
+    field.update_indices(mesh, frames);
+    let pair_distance = if options.start.is_some() { KEPT_PAIR_DISTANCE } else { PAIR_DISTANCE };
+    let cancelled = cancel_pairs(mesh, frames, &mut field, is_feature, pair_distance * options.edge_length);
+    let mut found = BranchSearch::default();
+    if cancelled + mended > 0 || options.branch_points.is_some() {
+        let is_fixed: Vec<bool> = fixed.iter().map(Option::is_some).collect();
+        let turning = Turning::new(mesh, frames, &is_fixed, &alignment)?;
+        let rest = field.angle.clone();
+        turning.relax(mesh, frames, &mut field, &rest);
+        if let Some(branch_points) = &options.branch_points {
+            let around = Surroundings { mesh, frames, is_feature, turning: &turning, edge_length: options.edge_length };
+            let effort = if options.start.is_some() { Effort::Touch } else { Effort::Full };
+            found = search_branch_points(ctx, &around, &mut field, branch_points, effort)?;
+        }
+    }
+    Ok((field, found))
+}
+
+/// The smooth field that follows its guidance: a linear solve, then some whose result is normalised.
+fn smoothest(
+    ctx: &RunContext,
+    mesh: &TriMesh,
+    frames: &Frames,
+    system: &mut System,
+    (alignment, target): (&[f64], &[c64]),
+    fixed: &[Option<c64>],
+    options: &FieldOptions,
+) -> Result<Vec<c64>, FieldError> {
     let pull: f64 = alignment.iter().sum();
     let stiffness: f64 = system.diagonal.iter().sum();
     let mut c: Vec<c64> = if fixed.iter().any(Option::is_some) || pull > 1e-6 * stiffness {
         let shift: Vec<f64> = alignment.iter().map(|a| a + 1e-9).collect();
-        let rhs: Vec<c64> = alignment.iter().zip(&target).map(|(a, q)| *q * *a).collect();
+        let rhs: Vec<c64> = alignment.iter().zip(target).map(|(a, q)| *q * *a).collect();
         system.solve(&shift, &rhs)?
     } else {
-        smallest_eigenvector(ctx, mesh, &mut system)?
+        smallest_eigenvector(ctx, mesh, system)?
     };
     normalise(&mut c);
     let mass: Vec<f64> = (0..mesh.n_faces()).map(|f| frames.area(mesh, f)).collect();
@@ -77,23 +120,24 @@ pub fn smooth_cross_field(
         normalise(&mut c);
         step *= 0.5;
     }
-    let angle = c.iter().map(|c| 0.25 * c.im.atan2(c.re)).collect();
-    let mut field = CrossField::from_angles(mesh, frames, angle);
-    let mended = mend_sectors(mesh, frames, &mut field, is_feature);
-    field.update_indices(mesh, frames);
-    let cancelled = cancel_pairs(mesh, frames, &mut field, is_feature, PAIR_DISTANCE * options.edge_length);
-    let mut found = BranchSearch::default();
-    if cancelled + mended > 0 || options.branch_points.is_some() {
-        let is_fixed: Vec<bool> = fixed.iter().map(Option::is_some).collect();
-        let turning = Turning::new(mesh, frames, &is_fixed, &alignment)?;
-        let rest = field.angle.clone();
-        turning.relax(mesh, frames, &mut field, &rest);
-        if let Some(branch_points) = &options.branch_points {
-            let around = Surroundings { mesh, frames, is_feature, turning: &turning, edge_length: options.edge_length };
-            found = search_branch_points(ctx, &around, &mut field, branch_points)?;
-        }
-    }
-    Ok((field, found))
+    Ok(c)
+}
+
+/// The field of another mesh, smoothed over what is small there.
+fn continued(
+    mesh: &TriMesh,
+    frames: &Frames,
+    system: &mut System,
+    start: &FieldStart,
+    edge_length: f64,
+) -> Result<Vec<c64>, FieldError> {
+    let reach = (START_REACH * edge_length).powi(2);
+    let weight = |f: usize| if start.cross[f] == c64::new(0.0, 0.0) { 1e-9 } else { frames.area(mesh, f) / reach };
+    let shift: Vec<f64> = (0..mesh.n_faces()).map(weight).collect();
+    let rhs: Vec<c64> = shift.iter().zip(&start.cross).map(|(a, c)| *c * *a).collect();
+    let mut c = system.solve(&shift, &rhs)?;
+    normalise(&mut c);
+    Ok(c)
 }
 
 /// Crosses of faces that have a feature or boundary edge.

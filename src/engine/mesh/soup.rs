@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::engine::mesh::influences::Influences;
+
 /// Polygons of any degree over a list of positions, as read from a file. Readers guarantee that every index is below
 /// `positions.len()` and that `polygon_ends` is increasing and ends at `indices.len()`; positions may be anything,
 /// also NaN, and polygons may be degenerate, duplicate, non-manifold or of mixed orientation.
@@ -26,6 +28,11 @@ pub struct TriangleSoup {
     pub materials: Vec<u32>,
     /// Names of the materials.
     pub material_names: Vec<String>,
+    /// Joints and weights per vertex, or empty.
+    pub skin: Vec<Influences>,
+    /// Number of the object that each polygon belongs to, or empty where there are no two. What objects are called is not
+    /// known here.
+    pub objects: Vec<u32>,
     /// Triangles that the reader had to leave out because they name a vertex twice or the like, for the report.
     pub dropped_by_reader: usize,
 }

@@ -4,4 +4,4 @@ mod cholesky;
 mod dense;
 
 pub use cholesky::{Cholesky, HermitianMatrix, SolveError, by_column};
-pub use dense::positive_definite_inverse;
+pub use dense::{cholesky_lower, positive_definite_inverse};

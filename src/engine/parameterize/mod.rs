@@ -2,6 +2,7 @@
 
 mod corner_forms;
 mod elimination;
+mod generators;
 mod grid_map;
 mod measure;
 mod poisson;
@@ -9,11 +10,13 @@ mod reduced;
 mod rounding;
 mod seamless_map;
 mod separation;
+mod shortest_cut;
 #[cfg(test)]
 mod tests;
 mod untangle;
 
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
 pub use measure::{MapMeasures, gradients, measure_map, seam_residual, singular_values};
+pub use rounding::RoundingStatistics;
 pub use seamless_map::{MapError, MapSystem, RoundedIntegers};
 pub use untangle::untangle;

@@ -13,14 +13,18 @@ use crate::engine::numerics::Cholesky;
 use crate::engine::numerics::SolveError;
 use crate::engine::parameterize::corner_forms::{CornerForms, real_parts};
 use crate::engine::parameterize::elimination::Elimination;
+use crate::engine::parameterize::generators::generators;
 use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
 use crate::engine::parameterize::poisson::{Quadratic, assemble};
 use crate::engine::parameterize::reduced::{Reduced, Unknowns};
 use crate::engine::parameterize::rounding::Periods;
+use crate::engine::parameterize::rounding::RoundingStatistics;
 use crate::engine::parameterize::separation::{Elements, separations};
+use crate::engine::parameterize::shortest_cut::cut_costs;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::topology::CutGraph;
+use crate::engine::topology::Segment;
 use crate::engine::topology::cut_and_comb;
 use glam::{DVec2, I64Vec2};
 
@@ -63,6 +67,9 @@ const MAX_INTEGERS: usize = 1500;
 #[derive(Clone, Debug)]
 pub struct MapSystem {
     cut: CutGraph,
+    /// What each segment cost to cut: the length of the path between singularities that it is a part of, model units;
+    /// 0 for parts of several.
+    cut_cost: Vec<f64>,
     forms: CornerForms,
     unknowns: Unknowns,
     iso: Vec<Iso>,
@@ -108,8 +115,11 @@ impl MapSystem {
         corners: &[u32],
         weight: Vec<f64>,
     ) -> Result<Self, MapError> {
-        let (cut, _, turns) = cut_and_comb(mesh, &field.matching, &field.quarter_index);
+        let cost = cut_costs(mesh, &field.quarter_index);
+        let (cut, _, turns) = cut_and_comb(mesh, &field.matching, &field.quarter_index, &cost);
         let direction: Vec<f64> = field.angle.iter().zip(&turns).map(|(a, &k)| a - f64::from(k) * FRAC_PI_2).collect();
+        let dearest = |s: &Segment| s.halfedges.iter().map(|&h| cost[h]).fold(0.0, f64::max);
+        let cut_cost = cut.segments.iter().map(dearest).collect();
         let iso = iso_lines(mesh, frames, &direction, is_feature);
         let forms = CornerForms::new(mesh, &cut);
         let special: Vec<u32> = special_vertices(mesh, field, corners);
@@ -129,6 +139,7 @@ impl MapSystem {
         let periods = Periods::new(ctx, &reduced, &factor)?.ok_or(MapError::Periods { n })?;
         Ok(Self {
             cut,
+            cut_cost,
             forms,
             unknowns,
             iso,
@@ -178,6 +189,30 @@ impl MapSystem {
             + real.iter().zip(&self.reduced.b_q).map(|(q, b)| q * b).sum::<f64>();
         let curl_energy = ((self.constant - gain) / self.constant).max(0.0);
         Ok(RoundedIntegers { scale, q, fallen_together, curl_energy, rounding_energy })
+    }
+
+    /// Energy that rounding adds at this scale if nothing needs to be kept apart, relative to ½‖X‖².
+    ///
+    /// # Errors
+    /// [`Cancelled`] if the run was stopped.
+    pub fn rounding_energy(&self, ctx: &RunContext, scale: f64) -> Result<f64, Cancelled> {
+        let (q, _) = self.periods.round(ctx, scale, &[])?;
+        Ok(self.periods.excess(scale, &q) / (self.constant * scale * scale))
+    }
+
+    /// What roundings cost on this model: `offsets` random real optima at the density of `scale` grid units per model
+    /// unit, in the basis of a shortest cut graph.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if the run was stopped.
+    pub fn rounding_statistics(
+        &self,
+        ctx: &RunContext,
+        scale: f64,
+        offsets: usize,
+    ) -> Result<RoundingStatistics, Cancelled> {
+        let generators = generators(&self.cut, &self.forms, &self.unknowns, &self.cut_cost);
+        self.periods.statistics(ctx, &generators, 1.0 / (self.constant * scale * scale), offsets)
     }
 
     /// The seamless map before rounding, for measuring: corner values in grid units at scale 1.

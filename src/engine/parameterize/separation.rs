@@ -30,6 +30,16 @@ impl Separation {
     pub(super) fn value(&self, q: &[f64]) -> f64 {
         self.form.iter().map(|&(i, c)| c * q[i as usize]).sum()
     }
+
+    /// Whether these integers let the two fall together, or change places.
+    pub(super) fn is_violated(&self, q: &[f64]) -> bool {
+        is_violated(self.value(q))
+    }
+}
+
+/// Whether a value that must be ≥ 1 is not; between points of even index halves are possible.
+pub(super) fn is_violated(value: f64) -> bool {
+    value < 0.5
 }
 
 /// What the search knows of the map.

@@ -28,7 +28,7 @@ fn case(name: &str, quads: f64) -> Case {
     let frames = Frames::new(&surface.mesh);
     let flags = surface.features.halfedge_flags(&surface.mesh);
     let guidance = curvature_guidance(&surface.mesh, &frames, &flags, 0.7 * h);
-    let options = FieldOptions { edge_length: h, smoothing: 0.5, branch_points: None, strokes: None };
+    let options = FieldOptions { edge_length: h, smoothing: 0.5, branch_points: None, strokes: None, start: None };
     let (field, _) = smooth_cross_field(&ctx, &surface.mesh, &frames, &flags, Some(&guidance), &options).unwrap();
     Case { surface, frames, flags, field, scale: 1.0 / h }
 }
@@ -172,5 +172,20 @@ fn untangling_leaves_every_vertex_wound_around_as_its_index_says() {
         let left = untangle(&ctx, mesh, &case.frames, &mut map, &pinned, case.scale).unwrap();
         assert_eq!((left, is_right(&map)), (0, true), "{name}");
         assert!(seam_residual(mesh, &map) < 1e-9, "{name}");
+    }
+}
+
+/// The trace of the period matrix predicts direct rounding, and what it leaves of the reduced one the search.
+#[test]
+fn rounding_costs_what_the_period_matrix_predicts() {
+    for name in ["genus2", "dumbbell", "gear", "noisy_blob", "ellipsoid"] {
+        let case = case(name, 300.0);
+        let (system, _, _) = map(&case);
+        let found = system.rounding_statistics(&RunContext::silent(), case.scale, 60).unwrap();
+        let is_near = |found: f64, predicted: f64| (found / predicted - 1.0).abs() < 0.25;
+        assert!(is_near(found.direct, found.predicted_direct), "{name}: {found:?}");
+        assert!(is_near(found.search, found.predicted_search), "{name}: {found:?}");
+        let [one, two, three] = found.r_search;
+        assert!(found.search <= three && three <= two && two <= one, "{name}: {found:?}");
     }
 }

@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use crate::engine::attributes::Preserve;
 use crate::engine::mesh::shapes::sample;
-use crate::engine::mesh::{NONE, SurfaceIndex, TriMesh, TriangleSoup};
+use crate::engine::mesh::{Influences, NONE, SurfaceIndex, TriMesh, TriangleSoup};
 use crate::engine::pipeline::{Outcome, RemeshSpec, Target, remesh};
+use crate::engine::quad::QuadMesh;
 use crate::engine::run::RunContext;
 
 fn run(soup: &TriangleSoup, quads: u64, preserve: Preserve) -> Outcome {
@@ -19,35 +20,72 @@ fn linear(p: DVec3) -> [f32; 4] {
     [0.5 + 0.3 * p.x, 0.5 + 0.2 * p.y - 0.2 * p.z, 0.5 + 0.3 * p.z, 1.0].map(|c| c as f32)
 }
 
+/// Random points of the soup's triangles: the triangle's corners and their weights there, and the same of the quads, split
+/// into triangles, at the nearest point.
+fn random_points(soup: &TriangleSoup, quads: &QuadMesh, mut visit: impl FnMut(DVec3, [([u32; 3], [f64; 3]); 2])) {
+    let faces: Vec<[u32; 3]> = quads.quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let mesh = TriMesh::try_new(quads.positions.clone(), faces).unwrap();
+    let (index, mut seed) = (SurfaceIndex::new(&mesh), 1u64);
+    for polygon in soup.polygons() {
+        let mut unit = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / (1u64 << 31) as f64
+        };
+        let (r, s) = (unit().sqrt(), unit());
+        let weights = [1.0 - r, r * (1.0 - s), r * s];
+        let corners = [polygon[0], polygon[1], polygon[2]];
+        let p = (0..3).map(|k| weights[k] * soup.positions[corners[k] as usize]).sum();
+        let at = index.closest(p);
+        visit(p, [(corners, weights), (mesh.face(at.face as usize), at.barycentric)]);
+    }
+}
+
 #[test]
 fn colours_of_the_input_are_those_of_the_quads_at_the_same_place() {
     let mut soup = sample("torus", 3000, 0.0, 0).unwrap();
     soup.colours = soup.positions.iter().map(|&p| linear(p)).collect();
     let outcome = run(&soup, 800, Preserve::default());
     let (quads, colours) = (&outcome.quads, &outcome.attributes.colours);
-    let faces: Vec<[u32; 3]> = quads.quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let mesh = TriMesh::try_new(quads.positions.clone(), faces).unwrap();
-    let index = SurfaceIndex::new(&mesh);
-    let edge = (mesh.total_area() / 800.0).sqrt();
-    let (mut worst, mut seed) = (0.0_f64, 1u64);
-    for polygon in soup.polygons() {
-        // A random point of the triangle.
-        let mut unit = || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (seed >> 33) as f64 / (1u64 << 31) as f64
-        };
-        let (r, s) = (unit().sqrt(), unit());
-        let [a, b, c] = [0, 1, 2].map(|k| soup.positions[polygon[k] as usize]);
-        let p = (1.0 - r) * a + r * (1.0 - s) * b + r * s * c;
-        let at = index.closest(p);
-        let corners = mesh.face(at.face as usize);
+    let (area, mut worst) = (4.0 * std::f64::consts::PI.powi(2) * 0.4, 0.0_f64);
+    random_points(&soup, quads, |p, [_, (corners, weights)]| {
         for (k, expected) in linear(p).into_iter().enumerate() {
-            let made: f64 = (0..3).map(|i| at.barycentric[i] * f64::from(colours[corners[i] as usize][k])).sum();
+            let made: f64 = (0..3).map(|i| weights[i] * f64::from(colours[corners[i] as usize][k])).sum();
             worst = worst.max((made - f64::from(expected)).abs());
         }
-    }
+    });
     // The colours change by 0.3 per unit of length, and the two surfaces are a small part of an edge apart.
+    let edge = (area / 800.0).sqrt();
     assert!(worst < 0.3 * 0.25 * edge, "{worst} with edges of {edge}");
+}
+
+#[test]
+fn weights_of_joints_are_those_of_the_quads_at_the_same_place() {
+    let mut soup = sample("torus", 3000, 0.0, 0).unwrap();
+    // Joints around the torus, and one more inside of each: every place hangs on four.
+    let influences = |p: DVec3| {
+        let at = (p.y.atan2(p.x) / std::f64::consts::TAU).rem_euclid(1.0) * 5.0;
+        let (below, share) = (at.floor().min(4.0) as u16, at.fract());
+        let (inner, next) = (0.5 - p.z, (below + 1) % 5);
+        let ring = [(below, 1.0 - share), (next, share)];
+        Influences::of(ring.into_iter().flat_map(|(j, w)| [(2 * j, inner * w), (2 * j + 1, (1.0 - inner) * w)]))
+            .unwrap()
+    };
+    soup.skin = soup.positions.iter().map(|&p| influences(p)).collect();
+    let outcome = run(&soup, 800, Preserve::default());
+    let (quads, skin) = (&outcome.quads, &outcome.attributes.skin);
+    assert_eq!(skin.len(), quads.positions.len());
+    let (mut worst, mut mean, mut n) = (0.0_f64, 0.0, 0.0);
+    let blend =
+        |of: &[Influences], corners: [u32; 3], weights| Influences::blend(weights, corners.map(|v| of[v as usize]));
+    random_points(&soup, quads, |_, [(of, at), (corners, weights)]| {
+        let difference = blend(skin, corners, weights).difference(&blend(&soup.skin, of, at));
+        worst = worst.max(difference);
+        (mean, n) = (mean + difference, n + 1.0);
+    });
+    let slope = 5.0 / (std::f64::consts::TAU * 0.6);
+    let edge = (4.0 * std::f64::consts::PI.powi(2) * 0.4 / 800.0).sqrt();
+    // Quads blur the weights where a triangle of the input begins to hang on the next joint, by a part of an edge.
+    assert!(worst < 0.5 * slope * edge && mean / n < 0.02, "{worst}, on average {} with edges of {edge}", mean / n);
 }
 
 #[test]
@@ -93,7 +131,7 @@ fn quads_are_the_same_whatever_they_carry() {
     let mut painted = plain.clone();
     painted.colours = painted.positions.iter().map(|&p| linear(p)).collect();
     painted.uv = painted.indices.iter().map(|&v| [painted.positions[v as usize].x as f32, 0.5]).collect();
-    let none = Preserve { materials: false, vertex_colours: false, uv: false };
+    let none = Preserve { materials: false, vertex_colours: false, uv: false, skin: false };
     let outcomes =
         [run(&plain, 300, Preserve::default()), run(&painted, 300, none), run(&painted, 300, Preserve::default())];
     assert!(outcomes[0].attributes.is_empty() && outcomes[1].attributes.is_empty());

@@ -21,6 +21,11 @@ const FARTHEST: f64 = 4.0;
 /// From this distance on other connectivity is tried too.
 const FAR: f64 = 1.5;
 
+/// Nearer than this to the surface quads need not come,
+const FAR_ENOUGH: f64 = 0.6;
+/// nor, for the sake of their shape, nearer than this times what can be reached.
+const NEARLY: f64 = 1.15;
+
 /// Largest coordinate relative to the diagonal of a component up to which single precision is expected to hold it.
 const FARTHEST_ROUNDED: f64 = 60.0;
 
@@ -173,16 +178,24 @@ impl Work<'_> {
 
     fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {
         let Self { ctx, component, index, .. } = *self;
+        let draft = match improve {
+            true => ctx.stage(Stage::Optimise, || improve_connectivity(ctx, &component.surface, index, draft))?,
+            false => draft,
+        };
+        self.relaxed(draft, Vec::new())
+    }
+
+    /// The draft with its vertices moved to where they are best, except those that are held.
+    fn relaxed(&self, draft: QuadDraft, held: Vec<bool>) -> Result<QuadDraft, Cancelled> {
+        let Self { ctx, component, index, .. } = *self;
         let options = OptimiseOptions {
             edge_length: component.edge_length,
             iterations: OPTIMISE_ITERATIONS,
             log_size: component.log_size.clone(),
             strokes: component.strokes.to_vec(),
+            held,
         };
-        ctx.stage(Stage::Optimise, || {
-            let draft = if improve { improve_connectivity(ctx, &component.surface, index, draft)? } else { draft };
-            optimise(ctx, &component.surface, index, draft, &options)
-        })
+        ctx.stage(Stage::Optimise, || optimise(ctx, &component.surface, index, draft, &options))
     }
 
     /// The draft, with bad quads mended if it passes then.
@@ -202,10 +215,18 @@ impl Work<'_> {
     /// The quads with their tips pulled out to the surface, if they pass then.
     fn reach(&self, draft: &QuadDraft) -> Result<Option<Finished>, Cancelled> {
         let Self { ctx, component, index, .. } = *self;
-        let reached =
-            ctx.stage(Stage::Optimise, || reach_out(ctx, &component.surface, index, draft, component.edge_length))?;
-        let reached = reached.map(|draft| self.judged(draft)).transpose()?;
-        Ok(reached.filter(|reached| reached.refusal.is_none()))
+        let reach_out = |draft: &QuadDraft| {
+            ctx.stage(Stage::Optimise, || reach_out(ctx, &component.surface, index, draft, component.edge_length))
+        };
+        let Some(reached) = reach_out(draft)? else { return Ok(None) };
+        // Those that were pulled stay; the others come after them.
+        let before = &draft.mesh.positions;
+        let held = reached.mesh.positions.iter().enumerate().map(|(v, p)| before.get(v) != Some(p)).collect();
+        let relaxed = self.relaxed(reached.clone(), held)?;
+        let relaxed = self.mend(reach_out(&relaxed)?.unwrap_or(relaxed))?;
+        let reached = self.judged(reached)?;
+        let is_as_near = relaxed.refusal.is_none() && relaxed.away <= (NEARLY * reached.away).max(FAR_ENOUGH);
+        Ok(Some(if is_as_near { relaxed } else { reached }).filter(|reached| reached.refusal.is_none()))
     }
 
     /// Rounds the quads to what a file of single precision will hold, and judges them: all formats then hold the same.

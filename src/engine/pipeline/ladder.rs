@@ -319,15 +319,7 @@ fn by_map(
     branch_points: Option<BranchOptions>,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
     let working = ctx.stage(Stage::Refine, || working_surface(ctx, component, index, spec.working_mesh))?;
-    let options = QuadCoverOptions {
-        edge_length: component.edge_length,
-        log_size: working.log_size.clone(),
-        quads: spec.adapt_count.then_some(component.quads),
-        smoothing,
-        guided: spec.align == Align::Curvature,
-        branch_points,
-        strokes: component.strokes.to_vec(),
-    };
+    let options = method_options(component, &working, spec, smoothing, branch_points);
     let map = quad_cover(ctx, &working.surface, &options).map_err(|e| match e {
         QuadCoverError::Cancelled(c) => Failure::Cancelled(c),
         other => Failure::Cause(other.to_string(), None),
@@ -338,5 +330,24 @@ fn by_map(
         Ok(extraction) => Ok((renumber_corners(extraction.draft, &working.corner_of), (working, map))),
         Err(ExtractError::Cancelled(c)) => Err(Failure::Cancelled(c)),
         Err(e) => Err(Failure::Cause(e.to_string(), Some(Box::new((working, map))))),
+    }
+}
+
+/// What a component with its working surface asks of the method.
+pub(super) fn method_options(
+    component: &Component,
+    working: &Working,
+    spec: &RemeshSpec,
+    smoothing: f64,
+    branch_points: Option<BranchOptions>,
+) -> QuadCoverOptions {
+    QuadCoverOptions {
+        edge_length: component.edge_length,
+        log_size: working.log_size.clone(),
+        quads: spec.adapt_count.then_some(component.quads),
+        smoothing,
+        guided: spec.align == Align::Curvature,
+        branch_points,
+        strokes: component.strokes.to_vec(),
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::engine::parameterize::GridMap;
 use crate::engine::pipeline::component::Component;
 use crate::engine::pipeline::ladder::Solved;
-use crate::engine::pipeline::report::{MapReport, Singularity};
+use crate::engine::pipeline::report::{BranchReport, MapReport, Singularity};
 
 /// A parameterisation on its working mesh.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ pub(super) fn assemble_map(components: &[Component], solved: &[Solved]) -> Optio
         singularities: Vec::new(),
         report: MapReport::default(),
     };
-    let (mut weight, mut largest) = (0.0, 0.0);
+    let (mut weight, mut searched, mut largest) = (0.0, 0.0, 0.0);
     for (component, solved) in components.iter().zip(solved) {
         let Some((working, map)) = &solved.map else { continue };
         let mesh = &working.surface.mesh;
@@ -65,6 +65,17 @@ pub(super) fn assemble_map(components: &[Component], solved: &[Solved]) -> Optio
         report.conformal_mean += area * map.measures.conformal_mean;
         report.curl_energy += area * map.curl_energy;
         report.rounding_energy += area * map.rounding_energy;
+        let search = &map.branch_search;
+        if search.evaluations > 0 {
+            let all = report.branch_search.get_or_insert_default();
+            searched += area;
+            for k in 0..2 {
+                all.points[k] += search.points[k];
+                all.curl_energy[k] += area * search.energy[k];
+            }
+            all.evaluations += search.evaluations;
+            all.accepted += search.accepted;
+        }
     }
     if joined.faces.is_empty() {
         return None;
@@ -74,6 +85,9 @@ pub(super) fn assemble_map(components: &[Component], solved: &[Solved]) -> Optio
         [&mut report.arap_mean, &mut report.conformal_mean, &mut report.curl_energy, &mut report.rounding_energy]
     {
         *mean /= weight;
+    }
+    if let Some(BranchReport { curl_energy, .. }) = &mut report.branch_search {
+        curl_energy.iter_mut().for_each(|energy| *energy /= searched);
     }
     report.singularities = joined.singularities.clone();
     Some(joined)

@@ -224,6 +224,8 @@ fn has_attributes(soup: &TriangleSoup, wanted: Preserve) -> bool {
     wanted.materials && !soup.materials.is_empty()
         || wanted.vertex_colours && !soup.colours.is_empty()
         || wanted.uv && !soup.uv.is_empty()
+        || wanted.skin && !soup.skin.is_empty()
+        || !soup.objects.is_empty()
 }
 
 pub(super) fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Result<f64, RemeshError> {

@@ -91,6 +91,21 @@ pub struct MapReport {
     pub curl_energy: f64,
     /// Energy added by rounding.
     pub rounding_energy: f64,
+    /// What the search for branch points did, if there was one.
+    pub branch_search: Option<BranchReport>,
+}
+
+/// The search for branch points on all components. Before: on the mesh where it began, which may be coarser.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BranchReport {
+    /// Branch points before and after.
+    pub points: [usize; 2],
+    /// Curl energy before and after, relative to ½‖X‖², the area-weighted mean over the components.
+    pub curl_energy: [f64; 2],
+    /// Energies computed.
+    pub evaluations: usize,
+    /// Batches of moves that were kept.
+    pub accepted: usize,
 }
 
 /// The report of one run.

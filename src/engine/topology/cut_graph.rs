@@ -1,9 +1,12 @@
 //! Cutting a surface open into a disk that contains every singularity in its boundary, and combing the charts so that
 //! rotations are the identity everywhere but on the cut.
 //!
-//! The dual spanning forest crosses edges in breadth-first order from one face per component; the edges that it does
-//! not cross form a graph whose loose ends at regular interior vertices are pruned. What remains is the cut graph. Its
-//! maximal chains between nodes carry one rotation and one translation (period jump) each. O(F).
+//! The dual spanning forest crosses the edges that are dearest to cut; the edges that it does not cross form a graph whose
+//! loose ends at regular interior vertices are pruned. What remains is the cheapest cut graph. Its maximal chains between
+//! nodes carry one rotation and one translation (period jump) each. O(F log F).
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 use crate::engine::mesh::TriMesh;
 use crate::engine::topology::matching::Matching;
@@ -27,38 +30,44 @@ pub struct CutGraph {
 }
 
 /// Combs the matching and cuts the surface. `quarter_index` is the index in quarters per vertex, used for interior
-/// vertices only. Returns the cut graph, the combed matching, and per face the quarter turns applied to its chart
+/// vertices only; `cost` says per halfedge, the same for twins and not negative, how dear it is to cut it. Returns the cut graph, the combed matching, and per face the quarter turns applied to its chart
 /// (`z_f := i^k z_f`).
-pub fn cut_and_comb(mesh: &TriMesh, matching: &Matching, quarter_index: &[i32]) -> (CutGraph, Matching, Vec<u8>) {
+pub fn cut_and_comb(
+    mesh: &TriMesh,
+    matching: &Matching,
+    quarter_index: &[i32],
+    cost: &[f64],
+) -> (CutGraph, Matching, Vec<u8>) {
     let mut combed = matching.clone();
-    let (crossed, turns) = comb(mesh, &mut combed);
+    let (crossed, turns) = comb(mesh, &mut combed, cost);
     let is_cut = prune(mesh, crossed, quarter_index);
     let (segments, segment_of) = trace_segments(mesh, &combed, &is_cut, quarter_index);
     (CutGraph { segment_of, segments }, combed, turns)
 }
 
-fn comb(mesh: &TriMesh, combed: &mut Matching) -> (Vec<bool>, Vec<u8>) {
+/// Prim's algorithm on the dual graph.
+fn comb(mesh: &TriMesh, combed: &mut Matching, cost: &[f64]) -> (Vec<bool>, Vec<u8>) {
     let mut crossed = vec![false; mesh.n_halfedges()];
     let mut turns = vec![0u8; mesh.n_faces()];
     let mut reached = vec![false; mesh.n_faces()];
-    let mut queue = std::collections::VecDeque::new();
+    let mut heap = BinaryHeap::new();
+    // Costs are not negative: their bits are ordered like themselves.
+    let sides = |f: usize| (3 * f..3 * f + 3).map(|h| (cost[h].to_bits(), Reverse(h)));
     for seed in 0..mesh.n_faces() {
         if reached[seed] {
             continue;
         }
         reached[seed] = true;
-        queue.push_back(seed);
-        while let Some(f) = queue.pop_front() {
-            for h in 3 * f..3 * f + 3 {
-                let Some(t) = mesh.twin(h).filter(|&t| !reached[t / 3]) else { continue };
-                // z_f = i^m z_g: with z_g := i^m z_g the rotation across h becomes the identity.
-                let m = combed.across(h);
-                combed.turn_chart(mesh, t / 3, m);
-                turns[t / 3] = m;
-                (crossed[h], crossed[t]) = (true, true);
-                reached[t / 3] = true;
-                queue.push_back(t / 3);
-            }
+        heap.extend(sides(seed));
+        while let Some((_, Reverse(h))) = heap.pop() {
+            let Some(t) = mesh.twin(h).filter(|&t| !reached[t / 3]) else { continue };
+            // z_f = i^m z_g: with z_g := i^m z_g the rotation across h becomes the identity.
+            let m = combed.across(h);
+            combed.turn_chart(mesh, t / 3, m);
+            turns[t / 3] = m;
+            (crossed[h], crossed[t]) = (true, true);
+            reached[t / 3] = true;
+            heap.extend(sides(t / 3));
         }
     }
     (crossed, turns)

@@ -8,9 +8,9 @@ use zip::ZipArchive;
 use super::error::ReadError;
 use super::format::Format;
 use super::gltf::{self, Files};
+use super::model::Model;
 use super::read::read_single;
 use super::soup_builder::{ReadLimits, within};
-use crate::engine::mesh::TriangleSoup;
 
 const ZIP: &str = "zip";
 /// Real meshes shrink to a tenth, rarely to a hundredth.
@@ -26,7 +26,7 @@ type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 ///
 /// # Errors
 /// With the name of the entry.
-pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, ReadError> {
+pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Model, ReadError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| broken("archive", &error))?;
     let (index, name, format) = main_file(&mut archive)?;
     let main = unpack(&mut archive, index, limits.max_bytes_unpacked)?;
@@ -126,6 +126,7 @@ mod tests {
     use zip::write::SimpleFileOptions;
 
     use super::*;
+    use crate::engine::mesh::TriangleSoup;
 
     const TRIANGLE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
@@ -139,7 +140,7 @@ mod tests {
     }
 
     fn read_all(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
-        read(bytes, &ReadLimits::default())
+        read(bytes, &ReadLimits::default()).map(|model| model.soup)
     }
 
     fn with_buffer(uri: &str) -> String {

@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::quads::tests::cube;
 use super::*;
 use crate::engine::attributes::QuadAttributes;
+use crate::engine::mesh::Influences;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::quad::QuadMesh;
 
@@ -23,8 +24,86 @@ pub(super) fn painted() -> (QuadMesh, QuadAttributes) {
         uv: (0..n)
             .map(|q| [0, 1, 2, 3].map(|k| [(q / 9) as f32 + number(mesh.quads[q][k] as usize, 0) / 16.0, number(q, k)]))
             .collect(),
+        ..QuadAttributes::default()
     };
     (mesh, attributes)
+}
+
+/// The same with two objects and a skeleton of three joints.
+pub(super) fn rigged() -> (QuadMesh, QuadAttributes, Scene) {
+    let (mesh, painted) = painted();
+    let pairs = |v: usize| [((v % 3) as u16, 0.75), (((v + 1) % 3) as u16, 0.25)];
+    let attributes = QuadAttributes {
+        skin: (0..mesh.positions.len()).filter_map(|v| Influences::of(pairs(v))).collect(),
+        objects: (0..mesh.quads.len() as u32).map(|q| q / 7 % 2).collect(),
+        ..painted
+    };
+    let node = |name: &str, parent| SkeletonNode { name: Some(name.to_owned()), parent, ..SkeletonNode::default() };
+    let transform = NodeTransform::Parts { translation: Some([0.0, 0.5, 0.0]), rotation: None, scale: None };
+    let nodes = vec![node("hip", None), SkeletonNode { transform, ..node("knee", Some(0)) }, node("toe", Some(1))];
+    let moved = |y: f32| [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, y, 0.0, 1.0];
+    let joints = (0..).zip([0.0, -0.5, -0.5]).map(|(node, y)| Joint { node, inverse_bind: moved(y) }).collect();
+    let objects = vec![ObjectName::new("left leg", "leg"), ObjectName::new("right\nleg", "leg")];
+    (mesh, attributes, Scene { objects, skeleton: Skeleton { nodes, joints } })
+}
+
+#[test]
+fn names_and_skins_are_in_the_files_that_can_hold_them() {
+    let (mesh, attributes, scene) = rigged();
+    for format in QuadFormat::ALL {
+        let bytes = write_model(&mesh, &attributes, &scene, format);
+        assert_same_quads(&read_quads(&bytes, format).unwrap(), &mesh);
+        if matches!(format, QuadFormat::Ply | QuadFormat::Usda) {
+            assert_eq!(bytes, write_quads(&mesh, &attributes, format));
+        }
+    }
+    let read = |format: QuadFormat| {
+        let bytes = write_model(&mesh, &attributes, &scene, format);
+        read_model(&bytes, Format::from_extension(format.extension()), &ReadLimits::default()).unwrap()
+    };
+    let glb = read(QuadFormat::Glb);
+    assert_eq!((&glb.scene, &glb.soup.skin), (&scene, &attributes.skin));
+    let mut expected: Vec<_> = mesh.quads.iter().zip(&attributes.objects).map(|(q, &o)| (sorted(q), o)).collect();
+    let mut made: Vec<_> = glb.soup.polygons().zip(&glb.soup.objects).map(|(q, &o)| (sorted(q), o)).collect();
+    expected.sort_unstable();
+    made.sort_unstable();
+    assert_eq!(made, expected);
+    // One component is one object of an OBJ.
+    let obj = read(QuadFormat::Obj);
+    assert_eq!(
+        (obj.scene.objects.as_slice(), obj.soup.objects.len()),
+        ([ObjectName::new("left leg", "left leg")].as_slice(), 0)
+    );
+    // Numbers of objects that the quads did not get mean nothing.
+    let unknown = QuadAttributes { objects: Vec::new(), ..attributes.clone() };
+    let text = String::from_utf8(write_model(&mesh, &unknown, &scene, QuadFormat::Obj)).unwrap();
+    assert!(text.contains("\no component_1\n"));
+}
+
+fn sorted(quad: &[u32]) -> Vec<u32> {
+    let mut quad = quad.to_vec();
+    quad.sort_unstable();
+    quad
+}
+
+#[test]
+fn components_of_one_object_have_different_names() {
+    let (one, n) = (cube(1), 8);
+    let mut mesh = QuadMesh::default();
+    for copy in 0..5 {
+        mesh.positions.extend(&one.positions);
+        mesh.quads.extend(one.quads.iter().map(|quad| quad.map(|v| v + copy * n)));
+    }
+    let objects = (0..30).map(|q| [0, 0, 1, 2, 0][q / 6]).collect();
+    let attributes = QuadAttributes { objects, ..QuadAttributes::default() };
+    let objects = ["arm", "arm_2", " \t"].map(|name| ObjectName::new(name, "")).to_vec();
+    let scene = Scene { objects, ..Scene::default() };
+    let text = String::from_utf8(write_model(&mesh, &attributes, &scene, QuadFormat::Obj)).unwrap();
+    let names: Vec<_> = text.lines().filter_map(|line| line.strip_prefix("o ")).collect();
+    assert_eq!(names, ["arm", "arm_2", "arm_2_2", "component_4", "arm_3"]);
+    let single = Scene { objects: scene.objects[..1].to_vec(), ..Scene::default() };
+    let text = String::from_utf8(write_model(&one, &QuadAttributes::default(), &single, QuadFormat::Obj)).unwrap();
+    assert!(text.contains("\no arm\n"));
 }
 
 /// Quads by their corners, and what a soup says of them: the name of the material and coordinates per vertex.

@@ -6,10 +6,12 @@ mod corner_uv;
 mod error;
 mod format;
 mod glb_container;
+mod glb_skin;
 mod gltf;
 mod map;
 mod map_glb;
 mod map_json;
+mod model;
 mod ngon;
 mod number;
 mod obj;
@@ -27,8 +29,9 @@ mod usda;
 pub use error::ReadError;
 pub use format::{Format, MapFormat, QuadFormat};
 pub use map::{MapView, write_map};
-pub use quads::{read_quads, write_quads};
-pub use read::read_soup;
+pub use model::{Joint, Model, NodeTransform, ObjectName, Scene, Skeleton, SkeletonNode};
+pub use quads::{read_quads, write_model, write_quads};
+pub use read::{read_model, read_soup};
 pub use soup_builder::ReadLimits;
 
 #[cfg(test)]

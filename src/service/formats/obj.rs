@@ -1,11 +1,13 @@
 //! Reading Wavefront OBJ.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::error::ReadError;
+use super::model::{Model, ObjectName};
 use super::number::{decimal, integer, words};
 use super::soup_builder::{ReadLimits, SoupBuilder, UNSAID};
-use crate::engine::mesh::TriangleSoup;
 
 const OBJ: &str = "OBJ";
 
@@ -29,18 +31,19 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
     }
 }
 
-/// Reads polygons of any degree, vertex colours, texture coordinates, normals and materials. Objects, groups and
-/// statements that are not known are passed over.
+/// Reads polygons of any degree, vertex colours, texture coordinates, normals, materials and the names of objects. Groups
+/// and statements that are not known are passed over.
 ///
 /// # Errors
 /// [`ReadError`] with the line.
-pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, ReadError> {
+pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Model, ReadError> {
     let mut reader = Reader {
         builder: SoupBuilder::new(limits),
         corners: Vec::new(),
         highest: None,
         uv: Named::default(),
         normals: Named::default(),
+        objects: BTreeMap::new(),
     };
     let mut rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let newline = if rest.contains(&b'\n') { b'\n' } else { b'\r' };
@@ -79,6 +82,8 @@ struct Reader {
     highest: Option<(u32, usize)>,
     uv: Named<2>,
     normals: Named<3>,
+    /// Numbers of the objects by name.
+    objects: BTreeMap<Vec<u8>, u32>,
 }
 
 /// Values that corners name.
@@ -140,8 +145,24 @@ impl Reader {
                 self.builder.material(&String::from_utf8_lossy(name.trim_ascii()));
                 Ok(())
             }
+            [b'o', b' ' | b'\t', name @ ..] => {
+                self.object(name.trim_ascii());
+                Ok(())
+            }
             _ if line.contains(&0) => Err(ReadError::line(OBJ, number, "a zero byte; this is not text")),
             _ => Ok(()),
+        }
+    }
+
+    /// Objects of the same name are one.
+    fn object(&mut self, name: &[u8]) {
+        match self.objects.get(name) {
+            Some(&number) => self.builder.object(number),
+            None => {
+                let text = String::from_utf8_lossy(name);
+                let number = self.builder.new_object(ObjectName::new(&text, &text));
+                self.objects.insert(name.to_vec(), number);
+            }
         }
     }
 
@@ -198,7 +219,7 @@ impl Reader {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<TriangleSoup, ReadError> {
+    fn finish(mut self) -> Result<Model, ReadError> {
         let n = self.builder.n_vertices();
         if let Some((highest, line)) = self.highest.filter(|&(highest, _)| highest as usize >= n) {
             return Err(out_of_range(line, i64::from(highest) + 1, n));
@@ -210,7 +231,7 @@ impl Reader {
         if let Some(normals) = self.normals.of_corners(n) {
             self.builder.normals(normals.into_iter());
         }
-        self.builder.finish(OBJ)
+        self.builder.finish_model(OBJ)
     }
 }
 
@@ -221,9 +242,10 @@ fn out_of_range(line: usize, index: i64, count: usize) -> ReadError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::mesh::TriangleSoup;
 
     fn read_text(text: &str) -> Result<TriangleSoup, ReadError> {
-        read(text.as_bytes(), &ReadLimits::default())
+        read(text.as_bytes(), &ReadLimits::default()).map(|model| model.soup)
     }
 
     #[test]
@@ -263,6 +285,24 @@ mod tests {
         let bytes = read_text("v 0 0 0 255 0 0\nv 1 0 0 0 0 51\nv 0 1 0\nf 1 2 3").unwrap();
         assert_eq!(bytes.colours[1], [0.0, 0.0, 0.2, 1.0]);
         assert_eq!(bytes.colours[2], [1.0; 4]);
+    }
+
+    #[test]
+    fn objects_have_names() {
+        let read = |text: &str| read(text.as_bytes(), &ReadLimits::default()).unwrap();
+        let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let model = read(&format!(
+            "{triangle}o left arm \r\nf 1 2 3\no empty\no right\nf 1 2 3\nf 3 2 1\no left arm\nf 1 2 3\n"
+        ));
+        let names: Vec<_> = model.scene.objects.iter().map(|name| name.node.as_str()).collect();
+        assert_eq!((names, model.soup.objects), (vec!["", "left arm", "right"], vec![0, 1, 2, 2, 1]));
+        // One alone needs no numbers, and one without a name is none.
+        let model = read(&format!("o a\n{triangle}o a\nf 1 2 3\no b\n"));
+        assert_eq!((model.scene.objects, model.soup.objects), (vec![ObjectName::new("a", "a")], vec![]));
+        for nothing in [triangle.to_owned(), format!("o \n{triangle}"), format!("o\n{triangle}o  \nf 1 2 3\n")] {
+            let model = read(&nothing);
+            assert!(model.scene.objects.is_empty() && model.soup.objects.is_empty());
+        }
     }
 
     #[test]

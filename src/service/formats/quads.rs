@@ -2,6 +2,7 @@
 
 use super::error::ReadError;
 use super::format::{Format, QuadFormat};
+use super::model::Scene;
 use super::read::read_soup;
 use super::soup_builder::ReadLimits;
 use super::{ply, quads_glb, quads_obj, quads_usda, usda};
@@ -9,21 +10,28 @@ use crate::engine::attributes::QuadAttributes;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::quad::QuadMesh;
 
+/// Writes quads of which no names or joints are known; see [`write_model`].
+pub fn write_quads(quads: &QuadMesh, attributes: &QuadAttributes, format: QuadFormat) -> Vec<u8> {
+    write_model(quads, attributes, &Scene::default(), format)
+}
+
 /// Writes quads. Vertices keep their order in every format, so that an index means the same in every file and in the
 /// mesh; quads keep their first corner except in GLB. Positions re-read to the same numbers from OBJ, PLY and USDA, and
 /// to the nearest single precision numbers from GLB. OBJ groups the quads by component, in order of their first quads,
-/// and within each by material; GLB has one primitive per material.
+/// and within each by material; GLB has one node per object, each with one primitive per material.
 ///
 /// Colours are in all formats (in OBJ without opacity), texture coordinates and materials in all but PLY. In GLB a
 /// vertex whose quads disagree about its texture coordinates is there several times; its copies follow all vertices,
-/// and the attribute `_VERTEX` says whose copies they are.
+/// and the attribute `_VERTEX` says whose copies they are. Joints and weights are in GLB, with the skeleton of the scene;
+/// names of objects are in GLB and OBJ.
 ///
-/// The indices of the quads and materials must be in range, and lists of attributes as long as they must be or empty.
-/// Positions should be finite; others are written as the format can.
-pub fn write_quads(quads: &QuadMesh, attributes: &QuadAttributes, format: QuadFormat) -> Vec<u8> {
+/// The indices of the quads and materials must be in range, those of objects and joints in that of the scene, where it has
+/// any, and lists of attributes as long as they must be or empty. Positions should be finite; others are written as the
+/// format can.
+pub fn write_model(quads: &QuadMesh, attributes: &QuadAttributes, scene: &Scene, format: QuadFormat) -> Vec<u8> {
     match format {
-        QuadFormat::Obj => quads_obj::write(quads, attributes),
-        QuadFormat::Glb => quads_glb::write(quads, attributes),
+        QuadFormat::Obj => quads_obj::write(quads, attributes, scene),
+        QuadFormat::Glb => quads_glb::write(quads, attributes, scene),
         QuadFormat::Ply => ply::write(quads, attributes),
         QuadFormat::Usda => quads_usda::write(quads, attributes),
     }

@@ -3,16 +3,27 @@
 use serde_json::{Value, json};
 
 use super::corner_uv::CornerUv;
-use super::{glb_container, ngon};
+use super::model::Scene;
+use super::{glb_container, glb_skin, ngon};
 use crate::engine::attributes::QuadAttributes;
 use crate::engine::quad::QuadMesh;
+
+/// More objects than this are one: many programs copy all vertices for each.
+const MOST_OBJECTS: usize = 1000;
+
+/// What a node is called where the input does not say it.
+const NO_NAME: &str = "quads";
 
 /// Triangles with `FB_ngon_encoding`. Positions are rounded to single precision, the only one glTF knows; vertices stay
 /// apart even where they round to the same point.
 ///
 /// Where vertices have copies for the sake of texture coordinates, the primitives' attribute `_VERTEX` holds the low
 /// and the high half of the index of the vertex itself; the extras of `FB_ngon_encoding` name its accessor.
-pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
+///
+/// Every object is a node with a mesh of one primitive per material; all primitives share the accessors of the vertices.
+/// Nodes of meshes have no transform, so that with a skeleton, which moves vertices from where they are, they may be
+/// roots of the scene as they should.
+pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes, scene: &Scene) -> Vec<u8> {
     if mesh.quads.is_empty() {
         // glTF knows no empty mesh.
         return glb_container::write(&json!({"asset": asset()}), Vec::new());
@@ -24,11 +35,13 @@ pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
     let mut file = File { bin: Vec::with_capacity(12 * n + 24 * m), views: Vec::new(), accessors: Vec::new() };
 
     let bounds = push_positions(&mut file.bin, vertices().map(|v| mesh.positions[v]));
-    let view = file.view(0, 34962);
+    let view = file.view(0, Some(34962));
     file.accessor(json!({
         "bufferView": view, "componentType": 5126, "count": n, "type": "VEC3", "min": bounds[0], "max": bounds[1],
     }));
-    let groups = push_indices(&mut file, mesh, attributes, uv.as_ref());
+    let names = scene.names(&attributes.objects);
+    let names = if names.len() > MOST_OBJECTS { &[] } else { names };
+    let groups = push_indices(&mut file, mesh, attributes, !names.is_empty(), uv.as_ref());
 
     let mut shared = json!({"POSITION": 0});
     if !attributes.colours.is_empty() {
@@ -39,33 +52,58 @@ pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
         // glTF counts v downwards from 1.
         shared["TEXCOORD_0"] = file.floats(uv.values.iter().flat_map(|&[u, v]| [u, 1.0 - v]), n, "VEC2").into();
     }
+    let n_joints = scene.skeleton.joints.len();
+    let is_skinned = !attributes.skin.is_empty() && n_joints > 0;
+    if is_skinned {
+        let influences = vertices().map(|v| attributes.skin[v]);
+        let [joints, weights] = glb_skin::push_influences(&mut file, influences, n, n_joints);
+        shared["JOINTS_0"] = joints.into();
+        shared["WEIGHTS_0"] = weights.into();
+    }
     let mut ngon = json!({});
     if let Some(uv) = uv.as_ref().filter(|_| !copies.is_empty()) {
         let start = file.bin.len();
         file.bin.extend(uv.vertex.iter().flat_map(|v| v.to_le_bytes()));
-        let view = file.view(start, 34962);
+        let view = file.view(start, Some(34962));
         let accessor = file.accessor(json!({"bufferView": view, "componentType": 5123, "count": n, "type": "VEC2"}));
         shared["_VERTEX"] = accessor.into();
         ngon = json!({"extras": {"vertices": accessor}});
     }
     let (materials, material_of) = materials(attributes);
-    let primitive = |(material, indices): (Option<u32>, usize)| {
+    let primitive = |group: &Group| {
         let mut primitive = json!({
-            "attributes": shared, "indices": indices, "mode": 4, "extensions": {"FB_ngon_encoding": ngon},
+            "attributes": shared, "indices": group.indices, "mode": 4, "extensions": {"FB_ngon_encoding": ngon},
         });
-        if let Some(number) = material.and_then(|m| material_of[m as usize]) {
+        if let Some(number) = group.material.and_then(|m| material_of[m as usize]) {
             primitive["material"] = number.into();
         }
         primitive
     };
-    let primitives: Vec<Value> = groups.into_iter().map(primitive).collect();
+    let (mut nodes, mut meshes) = (Vec::new(), Vec::new());
+    for groups in groups.chunk_by(|a, b| a.object == b.object) {
+        let names = names.get(groups[0].object as usize);
+        let name = |name: &str, otherwise: &str| if name.is_empty() { otherwise.to_owned() } else { name.to_owned() };
+        let node = name(names.map_or("", |names| &names.node), NO_NAME);
+        let mesh = name(names.map_or("", |names| &names.mesh), &node);
+        nodes.push(json!({"mesh": meshes.len(), "name": node}));
+        meshes.push(json!({"name": mesh, "primitives": groups.iter().map(primitive).collect::<Vec<_>>()}));
+    }
+    let mut roots: Vec<usize> = (0..nodes.len()).collect();
+    let mut skins = Vec::new();
+    if is_skinned {
+        nodes.iter_mut().for_each(|node| node["skin"] = 0.into());
+        let skeleton = glb_skin::push_skeleton(&mut file, &scene.skeleton, nodes.len());
+        nodes.extend(skeleton.nodes);
+        roots.extend(skeleton.roots);
+        skins.push(skeleton.skin);
+    }
     let mut json = json!({
         "asset": asset(),
         "extensionsUsed": ["FB_ngon_encoding"],
         "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "name": "quads"}],
-        "meshes": [{"name": "quads", "primitives": primitives}],
+        "scenes": [{"nodes": roots}],
+        "nodes": nodes,
+        "meshes": meshes,
         "accessors": file.accessors,
         "bufferViews": file.views,
         "buffers": [{"byteLength": file.bin.len()}],
@@ -73,53 +111,70 @@ pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
     if !materials.is_empty() {
         json["materials"] = materials.into();
     }
+    if !skins.is_empty() {
+        json["skins"] = skins.into();
+    }
     glb_container::write(&json, file.bin)
 }
 
 /// A file under construction.
-struct File {
-    bin: Vec<u8>,
+pub(super) struct File {
+    pub(super) bin: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
 }
 
 impl File {
-    /// A view of all bytes from `start` on; its number.
-    fn view(&mut self, start: usize, target: u32) -> usize {
-        let length = self.bin.len() - start;
-        self.views.push(match start {
-            0 => json!({"buffer": 0, "byteLength": length, "target": target}),
-            _ => json!({"buffer": 0, "byteOffset": start, "byteLength": length, "target": target}),
-        });
+    /// A view of all bytes from `start` on; its number. What is neither of vertices nor indices has no target.
+    pub(super) fn view(&mut self, start: usize, target: Option<u32>) -> usize {
+        let mut view = json!({"buffer": 0});
+        if start > 0 {
+            view["byteOffset"] = start.into();
+        }
+        view["byteLength"] = (self.bin.len() - start).into();
+        if let Some(target) = target {
+            view["target"] = target.into();
+        }
+        self.views.push(view);
         self.views.len() - 1
     }
 
-    fn accessor(&mut self, accessor: Value) -> usize {
+    pub(super) fn accessor(&mut self, accessor: Value) -> usize {
         self.accessors.push(accessor);
         self.accessors.len() - 1
     }
 
-    fn floats(&mut self, values: impl Iterator<Item = f32>, count: usize, kind: &str) -> usize {
+    pub(super) fn floats(&mut self, values: impl Iterator<Item = f32>, count: usize, kind: &str) -> usize {
         let start = self.bin.len();
         self.bin.extend(values.flat_map(f32::to_le_bytes));
-        let view = self.view(start, 34962);
+        let view = self.view(start, Some(34962));
         self.accessor(json!({"bufferView": view, "componentType": 5126, "count": count, "type": kind}))
     }
 }
 
-/// Appends the triangles of all quads, material after material; gives the accessor of each.
+/// Quads of one object and material.
+struct Group {
+    object: u32,
+    material: Option<u32>,
+    /// Number of the accessor of their indices.
+    indices: usize,
+}
+
+/// Appends the triangles of all quads, object after object and in each material after material.
 fn push_indices(
     file: &mut File,
     mesh: &QuadMesh,
     attributes: &QuadAttributes,
+    by_object: bool,
     uv: Option<&CornerUv>,
-) -> Vec<(Option<u32>, usize)> {
+) -> Vec<Group> {
     let start = file.bin.len();
-    let material = |q: usize| attributes.materials.get(q).copied();
+    let object = |q: usize| attributes.objects.get(q).copied().filter(|_| by_object).unwrap_or(0);
+    let key = |q: usize| (object(q), attributes.materials.get(q).copied());
     let mut order: Vec<usize> = (0..mesh.quads.len()).collect();
-    order.sort_by_key(|&q| material(q));
+    order.sort_by_key(|&q| key(q));
     // Which quads follow each other decides where they may start.
-    let first = if attributes.materials.is_empty() {
+    let first = if order.is_sorted() {
         ngon::first_corners(mesh)
     } else {
         let quads = order.iter().map(|&q| mesh.quads[q]).collect();
@@ -132,9 +187,9 @@ fn push_indices(
             file.bin.extend_from_slice(&index);
         }
     }
-    let view = file.view(start, 34963);
+    let view = file.view(start, Some(34963));
     let mut before = 0;
-    let groups = order.chunk_by(|&q, &r| material(q) == material(r)).map(|group| {
+    let groups = order.chunk_by(|&q, &r| key(q) == key(r)).map(|group| {
         let mut accessor = json!({"bufferView": view});
         if before > 0 {
             accessor["byteOffset"] = (24 * before).into();
@@ -143,7 +198,8 @@ fn push_indices(
         accessor["componentType"] = 5125.into();
         accessor["count"] = (6 * group.len()).into();
         accessor["type"] = "SCALAR".into();
-        (material(group[0]), file.accessor(accessor))
+        let (object, material) = key(group[0]);
+        Group { object, material, indices: file.accessor(accessor) }
     });
     groups.collect()
 }
@@ -204,7 +260,7 @@ mod tests {
 
     #[test]
     fn no_quads_are_a_valid_file() {
-        let bytes = write(&QuadMesh::default(), &QuadAttributes::default());
+        let bytes = write(&QuadMesh::default(), &QuadAttributes::default(), &Scene::default());
         let error = read_quads(&bytes, QuadFormat::Glb).unwrap_err().to_string();
         assert!(error.contains("no polygons"), "{error}");
     }

@@ -1,6 +1,9 @@
 //! Quads as Wavefront OBJ.
 
+use std::collections::BTreeMap;
+
 use super::corner_uv::CornerUv;
+use super::model::Scene;
 use super::text_writer::{push, push_line};
 use crate::engine::attributes::QuadAttributes;
 use crate::engine::quad::QuadMesh;
@@ -8,8 +11,9 @@ use crate::engine::quad::QuadMesh;
 /// What quads without a material get once others have one: OBJ knows no way back to none.
 const NO_MATERIAL: &str = "default";
 
-/// One object per component. Materials are named only; there is no material library.
-pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
+/// One object per component, called as the one of the input that its first quad belongs to. Materials are named only;
+/// there is no material library.
+pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes, scene: &Scene) -> Vec<u8> {
     let mut out = Vec::with_capacity(60 * quads.positions.len() + 30 * quads.quads.len());
     out.extend_from_slice(b"# quads by Quadrille\n");
     for (v, p) in quads.positions.iter().enumerate() {
@@ -28,15 +32,20 @@ pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
     let mut order: Vec<u32> = (0..quads.quads.len() as u32).collect();
     order.sort_by_key(|&q| (component[q as usize], material(q)));
     let (mut current, mut current_material) = (None, None);
+    let (objects, mut taken) = (scene.names(&attributes.objects), BTreeMap::new());
     for q in order {
         if current != Some(component[q as usize]) {
             current = Some(component[q as usize]);
-            push_line(&mut out, format_args!("o component_{}", component[q as usize] + 1));
+            let object = attributes.objects.get(q as usize).copied().unwrap_or(0);
+            let name = objects.get(object as usize).and_then(|name| written_name(&name.node));
+            let name = name.unwrap_or_else(|| format!("component_{}", component[q as usize] + 1));
+            push_line(&mut out, format_args!("o {}", unlike_others(name, &mut taken)));
         }
         if material(q) != current_material {
             current_material = material(q);
             let name = material(q).and_then(|m| attributes.material_names.get(m as usize));
-            push_line(&mut out, format_args!("usemtl {}", written_name(name.map_or("", |name| name))));
+            let name = name.and_then(|name| written_name(name)).unwrap_or_else(|| NO_MATERIAL.to_owned());
+            push_line(&mut out, format_args!("usemtl {name}"));
         }
         let [a, b, c, d] = quads.quads[q as usize].map(|v| u64::from(v) + 1);
         match &uv {
@@ -50,11 +59,27 @@ pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes) -> Vec<u8> {
     out
 }
 
-/// A name on one line that is not continued on the next.
-fn written_name(name: &str) -> String {
+/// A name on one line that is not continued on the next; `None` if nothing is left of it.
+fn written_name(name: &str) -> Option<String> {
     let line: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let line = line.trim().trim_end_matches('\\').trim_end();
-    if line.is_empty() { NO_MATERIAL.to_owned() } else { line.to_owned() }
+    (!line.is_empty()).then(|| line.to_owned())
+}
+
+/// A name that no object has yet: the second `arm` is `arm_2`. Per name, `taken` holds how often it was asked for.
+fn unlike_others(name: String, taken: &mut BTreeMap<String, u32>) -> String {
+    loop {
+        let times = taken.entry(name.clone()).or_insert(0);
+        *times += 1;
+        if *times == 1 {
+            return name;
+        }
+        let unlike = format!("{name}_{times}");
+        if !taken.contains_key(&unlike) {
+            taken.insert(unlike.clone(), 1);
+            return unlike;
+        }
+    }
 }
 
 /// The component of each quad (joined by vertices), numbered in order of the first quad.

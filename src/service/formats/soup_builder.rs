@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::error::ReadError;
+use super::model::{Model, ObjectName, Scene};
+use crate::engine::mesh::Influences;
 use crate::engine::mesh::TriangleSoup;
 
 /// How much a file may hold. Judged from what the file claims before anything is allocated.
@@ -35,6 +37,10 @@ pub(super) struct SoupBuilder {
     primitives: u64,
     material: Option<u32>,
     material_numbers: BTreeMap<String, u32>,
+    /// The object that polygons belong to from now on; those of earlier objects are filled in when it changes.
+    object: u32,
+    /// Empty as long as no object was named.
+    objects: Vec<ObjectName>,
 }
 
 impl SoupBuilder {
@@ -48,6 +54,8 @@ impl SoupBuilder {
             primitives: 0,
             material: None,
             material_numbers: BTreeMap::new(),
+            object: 0,
+            objects: Vec::new(),
         }
     }
 
@@ -82,6 +90,9 @@ impl SoupBuilder {
         if !self.soup.colours.is_empty() {
             self.soup.colours.push([UNSAID; 4]);
         }
+        if !self.soup.skin.is_empty() {
+            self.soup.skin.push(Influences::one(0));
+        }
         Ok(())
     }
 
@@ -91,6 +102,31 @@ impl SoupBuilder {
         if let Some(last) = self.soup.colours.last_mut() {
             *last = colour;
         }
+    }
+
+    /// Gives the last vertex joints and weights; vertices without hang on joint 0 as soon as one has some.
+    pub(super) fn influences(&mut self, influences: Influences) {
+        self.soup.skin.resize(self.soup.positions.len(), Influences::one(0));
+        if let Some(last) = self.soup.skin.last_mut() {
+            *last = influences;
+        }
+    }
+
+    /// Polygons from now on belong to a new object; gives its number.
+    pub(super) fn new_object(&mut self, name: ObjectName) -> u32 {
+        if self.objects.is_empty() && self.soup.n_polygons() > 0 {
+            self.objects.push(ObjectName::default());
+        }
+        self.objects.push(name);
+        let number = self.objects.len() as u32 - 1;
+        self.object(number);
+        number
+    }
+
+    /// Polygons from now on belong to a known object.
+    pub(super) fn object(&mut self, number: u32) {
+        self.soup.objects.resize(self.soup.n_polygons(), self.object);
+        self.object = number;
     }
 
     /// Polygons from now on are of this material.
@@ -153,7 +189,13 @@ impl SoupBuilder {
         self.soup.dropped_by_reader += n;
     }
 
-    pub(super) fn finish(mut self, format: &'static str) -> Result<TriangleSoup, ReadError> {
+    /// The polygons alone.
+    pub(super) fn finish(self, format: &'static str) -> Result<TriangleSoup, ReadError> {
+        Ok(self.finish_model(format)?.soup)
+    }
+
+    /// The polygons and the names of their objects.
+    pub(super) fn finish_model(mut self, format: &'static str) -> Result<Model, ReadError> {
         if self.soup.n_polygons() == 0 {
             return Err(ReadError::Empty { format });
         }
@@ -162,7 +204,29 @@ impl SoupBuilder {
             self.soup.colours.iter_mut().flatten().for_each(|c| *c /= 255.0);
         }
         self.soup.colours.iter_mut().flatten().for_each(|c| *c = if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
-        Ok(self.soup)
+        let objects = self.name_objects();
+        Ok(Model { soup: self.soup, scene: Scene { objects, ..Scene::default() }, warnings: Vec::new() })
+    }
+
+    /// The objects that have polygons. One alone needs no numbers, and where none has a name there are none.
+    fn name_objects(&mut self) -> Vec<ObjectName> {
+        let mut names = std::mem::take(&mut self.objects);
+        if names.len() > 1 {
+            self.object(self.object);
+            let mut used = vec![false; names.len()];
+            self.soup.objects.iter().for_each(|&o| used[o as usize] = true);
+            let before = |count: &mut u32, &used: &bool| Some(std::mem::replace(count, *count + u32::from(used)));
+            let numbers: Vec<u32> = used.iter().scan(0, before).collect();
+            self.soup.objects.iter_mut().for_each(|o| *o = numbers[*o as usize]);
+            names = names.into_iter().zip(used).filter_map(|(name, used)| used.then_some(name)).collect();
+        }
+        if names.iter().all(|name| *name == ObjectName::default()) {
+            names = Vec::new();
+        }
+        if names.len() < 2 {
+            self.soup.objects = Vec::new();
+        }
+        names
     }
 }
 

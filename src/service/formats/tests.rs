@@ -34,7 +34,9 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         "buffers": [{"byteLength": n, "uri": format!("data:;base64,{data}")}],
     });
     let (painted, attributes) = super::attribute_tests::painted();
+    let (mesh_of_rig, rig, scene) = super::attribute_tests::rigged();
     vec![
+        (Format::Glb, write_model(&mesh_of_rig, &rig, &scene, QuadFormat::Glb)),
         (Format::Obj, write_quads(&painted, &attributes, QuadFormat::Obj)),
         (Format::Glb, write_quads(&painted, &attributes, QuadFormat::Glb)),
         (Format::Obj, obj),
@@ -61,6 +63,8 @@ fn assert_sound(soup: &TriangleSoup) {
     assert!(soup.colours.iter().flatten().all(|c| (0.0..=1.0).contains(c)));
     assert!(soup.uv.is_empty() || soup.uv.len() == soup.indices.len());
     assert!(soup.uv.iter().flatten().all(|c| c.is_finite()));
+    assert!(soup.skin.is_empty() || soup.skin.len() == soup.positions.len());
+    assert!(soup.objects.is_empty() || soup.objects.len() == soup.n_polygons());
     assert!(soup.materials.is_empty() || soup.materials.len() == soup.n_polygons());
     assert!(soup.materials.iter().all(|&m| (m as usize) < soup.material_names.len()));
 }

@@ -42,7 +42,7 @@ pub(super) async fn list_methods() -> Json<MethodList> {
                 "move branch points onto features or the boundary, or off them (optimise)",
                 "ignore the boundary (boundary: free)",
                 "quad-dominant meshes (output)",
-                "carry skin weights to the quads, or what a material is besides its name (preserve)",
+                "carry animations, morph targets, or what a material is besides its name (preserve)",
                 "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
             ],
             parameters: spec_schema(),

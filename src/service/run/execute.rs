@@ -10,7 +10,7 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage, StopReason};
 use crate::service::config::LimitsConfig;
 use crate::service::formats::{
-    Format, MapFormat, MapView, QuadFormat, ReadLimits, read_quads, read_soup, write_map, write_quads,
+    Format, MapFormat, MapView, Model, QuadFormat, ReadLimits, Scene, read_model, read_quads, write_map, write_model,
 };
 use crate::service::preview::preview_png;
 use crate::service::run::deadline::Deadline;
@@ -105,12 +105,13 @@ pub fn execute(
 }
 
 fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted) -> Result<Products, Problem> {
-    let soup = ctx.stage(Stage::Read, || {
-        read_soup(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
+    let Model { soup, scene, warnings } = ctx.stage(Stage::Read, || {
+        read_model(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
     })?;
-    let outcome =
+    let mut outcome =
         remesh(ctx, &soup, spec).map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
     drop(soup);
+    outcome.report.warnings.extend(warnings);
     // A deadline has done its work when the engine hands out what it had by then; a client or an ending process that
     // stopped the run wants no result.
     if let Some(reason @ (StopReason::Client | StopReason::Shutdown)) = ctx.stopped() {
@@ -120,17 +121,17 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted
     if !outcome.report.certified {
         return Err(not_certified(&outcome.report.warnings.join("; ")));
     }
-    ctx.stage(Stage::Write, || write(ctx, outcome, wanted))
+    ctx.stage(Stage::Write, || write(ctx, outcome, &scene, wanted))
 }
 
 /// Writes all files and certifies what is read back from them.
-fn write(ctx: &RunContext, outcome: Outcome, wanted: &Wanted) -> Result<Products, Problem> {
+fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted) -> Result<Products, Problem> {
     let mut report = ReportBody::of(&outcome.report);
     let index = SurfaceIndex::new(&outcome.surface.mesh);
     let mut quads: Vec<(QuadFormat, Vec<u8>)> = Vec::new();
     let mut proved: Option<QuadMesh> = None;
     for &format in &wanted.quads {
-        let bytes = write_quads(&outcome.quads, &outcome.attributes, format);
+        let bytes = write_model(&outcome.quads, &outcome.attributes, scene, format);
         let again = read_quads(&bytes, format).map_err(|error| not_certified(&error.to_string()))?;
         if proved.as_ref().is_some_and(|proved| *proved == again) {
             quads.push((format, bytes));

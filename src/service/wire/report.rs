@@ -167,6 +167,26 @@ pub struct MapBody {
     pub curl_energy: f64,
     /// Energy added by rounding.
     pub rounding_energy: f64,
+    /// What the search for branch points did; absent if there was none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branch_search: Option<BranchSearchBody>,
+}
+
+/// The search for branch points: numbers before and after it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct BranchSearchBody {
+    /// Branch points before.
+    pub points_before: usize,
+    /// Branch points after.
+    pub points_after: usize,
+    /// Energy of the field's curl before, on the mesh where the search began, relative to ½‖X‖².
+    pub curl_energy_before: f64,
+    /// The same after, on the working mesh.
+    pub curl_energy_after: f64,
+    /// Energies computed.
+    pub evaluations: usize,
+    /// Batches of moves kept.
+    pub accepted: usize,
 }
 
 impl ReportBody {
@@ -251,6 +271,14 @@ impl From<&MapReport> for MapBody {
             conformal_mean: map.conformal_mean,
             curl_energy: map.curl_energy,
             rounding_energy: map.rounding_energy,
+            branch_search: map.branch_search.map(|search| BranchSearchBody {
+                points_before: search.points[0],
+                points_after: search.points[1],
+                curl_energy_before: search.curl_energy[0],
+                curl_energy_after: search.curl_energy[1],
+                evaluations: search.evaluations,
+                accepted: search.accepted,
+            }),
         }
     }
 }
@@ -270,7 +298,7 @@ mod tests {
             component_levels: vec![Level::L0, Level::L3],
             input,
             quads: QuadReport { valences: vec![(3, 8), (10, 1)], ..QuadReport::default() },
-            map: Some(MapReport::default()),
+            map: Some(MapReport { branch_search: Some(Default::default()), ..MapReport::default() }),
             warnings: vec![],
         };
         let mut body = ReportBody::of(&report);
@@ -281,7 +309,7 @@ mod tests {
         assert_eq!(json["quads"]["valences"]["10"], 1);
         assert_eq!(json["quads"]["scaled_jacobian"]["min"], 0.0);
         assert_eq!(json["timings_ms"].as_object().unwrap().keys().collect::<Vec<_>>(), ["read", "field", "total"]);
-        for key in ["triangles", "flipped", "seam_residual", "singularities", "arap_mean", "conformal_mean"] {
+        for key in ["triangles", "flipped", "seam_residual", "singularities", "arap_mean", "branch_search"] {
             assert!(json["map"].get(key).is_some(), "{key}");
         }
         assert_eq!(serde_json::from_value::<ReportBody>(json).unwrap(), body);

@@ -61,7 +61,7 @@ pub struct RemeshRequest {
     pub output: OutputName,
     /// May the parameterisation live on a remeshed copy of the input?
     pub working_mesh: WorkingMeshName,
-    /// Attributes carried to the quads where the input has them; `skin` is not available in this version.
+    /// Attributes carried to the quads where the input has them. Names of objects are always carried.
     pub preserve: Vec<AttributeName>,
     /// What is done with surfaces that have no consistent orientation (an extension of the contract).
     pub non_orientable: NonOrientable,
@@ -94,7 +94,8 @@ impl Default for RemeshRequest {
             symmetry: Vec::new(),
             output: OutputName::default(),
             working_mesh: WorkingMeshName::default(),
-            preserve: vec![AttributeName::Materials, AttributeName::VertexColours, AttributeName::Uv],
+            preserve: [AttributeName::Materials, AttributeName::VertexColours, AttributeName::Uv, AttributeName::Skin]
+                .to_vec(),
             non_orientable: NonOrientable::default(),
             seed: 0,
             deadline_s: 300.0,
@@ -242,8 +243,6 @@ impl RemeshRequest {
         refuse(self.boundary == BoundaryName::Free, "/boundary", free);
         let dominant = unavailable("quad-dominant output is");
         refuse(self.output != OutputName::Pure, "/output", dominant);
-        let skin = unavailable("carrying joints and weights to the quads is");
-        refuse(self.preserve.contains(&AttributeName::Skin), "/preserve", skin);
         let message = format!("must be above 0 and at most {MAX_DEADLINE_S} seconds, not {}", self.deadline_s);
         refuse(!(self.deadline_s > 0.0 && self.deadline_s <= MAX_DEADLINE_S), "/deadline_s", message);
         refuse(self.tags.len() > MAX_TAGS, "/tags", format!("at most {MAX_TAGS} tags, not {}", self.tags.len()));
@@ -299,6 +298,7 @@ impl RemeshRequest {
                 materials: self.preserve.contains(&AttributeName::Materials),
                 vertex_colours: self.preserve.contains(&AttributeName::VertexColours),
                 uv: self.preserve.contains(&AttributeName::Uv),
+                skin: self.preserve.contains(&AttributeName::Skin),
             },
             cut_non_orientable: self.non_orientable == NonOrientable::Cut,
             seed: self.seed,
@@ -367,7 +367,6 @@ mod tests {
         let cases = [
             ("output", json!("dominant")),
             ("webhook", json!("http://127.0.0.1/")),
-            ("preserve", json!(["uv", "skin"])),
             ("method", json!("layout")),
             ("boundary", json!("free")),
         ];
@@ -396,9 +395,10 @@ mod tests {
     #[test]
     fn every_attribute_is_carried_unless_some_are_named() {
         let preserve = |spec: Value| ResolvedSpec::from_value(spec).unwrap().spec.preserve;
-        let (none, all) = (Preserve { materials: false, vertex_colours: false, uv: false }, Preserve::default());
+        let (none, all) =
+            (Preserve { materials: false, vertex_colours: false, uv: false, skin: false }, Preserve::default());
         assert_eq!(preserve(json!({})), all);
-        assert_eq!(preserve(json!({"preserve": ["uv", "materials", "vertex_colours", "uv"]})), all);
+        assert_eq!(preserve(json!({"preserve": ["uv", "skin", "materials", "vertex_colours", "uv"]})), all);
         assert_eq!(preserve(json!({"preserve": []})), none);
         assert_eq!(preserve(json!({"preserve": ["vertex_colours"]})), Preserve { vertex_colours: true, ..none });
     }

@@ -156,6 +156,6 @@ pub enum AttributeName {
     VertexColours,
     /// Texture coordinates.
     Uv,
-    /// Joints and weights; not available in this version.
+    /// Joints and weights, from glTF to GLB.
     Skin,
 }

@@ -15,4 +15,4 @@ mod tests;
 
 pub use curl::curl_energy;
 pub use search::{BranchOptions, BranchSearch};
-pub(super) use search::{Surroundings, search_branch_points};
+pub(super) use search::{Effort, Surroundings, search_branch_points};

@@ -16,6 +16,15 @@ pub struct BranchOptions {
     pub create: bool,
 }
 
+/// How long the search may go on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::engine::field) enum Effort {
+    /// From any field to the best that it can find.
+    Full,
+    /// From a field that was searched on another mesh: only small moves.
+    Touch,
+}
+
 /// What the search did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BranchSearch {
@@ -32,23 +41,25 @@ pub struct BranchSearch {
 /// Faces times factorisations that one search may cost: about six seconds.
 const WORK: usize = 1_500_000;
 /// Factorisations at most.
-const MAX_EVALUATIONS: usize = 30;
+const MAX_EVALUATIONS: usize = 80;
+/// Factorisations at most where the field was searched before.
+const TOUCHES: usize = 5;
 /// Share of them for moving what is there, where pairs are created afterwards.
 const MOVING_SHARE: f64 = 0.6;
 /// Largest batch.
 const MAX_BATCH: usize = 64;
 /// Single moves that fail in a row before the search ends.
-const MAX_FAILURES: usize = 6;
+const MAX_FAILURES: usize = 3;
 /// What a quarter of index adds to the energy of the rounded map, per quad and relative to `‖X‖²`: two coordinates, each
 /// off by 1/12 in the mean square, times their stiffness in the period matrix ([kaelberer_2013] 6.4). Measured on pairs
-/// that were created on six models: 0.4 to 0.6.
-const PRICE: f64 = 0.45;
+/// that were created on six models: 0.15 to 0.5.
+const PRICE: f64 = 0.3;
 
 /// Most edges that a branch point is carried in one batch.
 const LONGEST_STRIDE: usize = 6;
-/// The search ends when this many evaluations together have lowered the cost by less than [`LEAST_PROGRESS`] of it.
+/// A phase ends when this many batches kept together have lowered the cost by less than [`LEAST_PROGRESS`] of it.
 const WINDOW: usize = 5;
-const LEAST_PROGRESS: f64 = 0.03;
+const LEAST_PROGRESS: f64 = 0.01;
 
 /// What the search is to respect.
 pub(in crate::engine::field) struct Surroundings<'a> {
@@ -72,11 +83,13 @@ pub(in crate::engine::field) fn search_branch_points(
     around: &Surroundings<'_>,
     field: &mut CrossField,
     options: &BranchOptions,
+    effort: Effort,
 ) -> Result<BranchSearch, FieldError> {
     let mesh = around.mesh;
-    let limit = (WORK / mesh.n_faces().max(1)).min(MAX_EVALUATIONS);
+    let is_full = effort == Effort::Full;
+    let limit = (WORK / mesh.n_faces().max(1)).min(if is_full { MAX_EVALUATIONS } else { TOUCHES });
     let curl = Curl::new(mesh, around.frames);
-    if limit < 4 || curl.owner.is_empty() {
+    if limit < 2 || curl.owner.is_empty() {
         return Ok(BranchSearch::default());
     }
     let rest = field.angle.clone();
@@ -88,14 +101,16 @@ pub(in crate::engine::field) fn search_branch_points(
         evaluations: 1,
         accepted: 0,
     };
-    let first = if options.create { (MOVING_SHARE * limit as f64) as usize } else { limit };
+    let create = options.create && is_full;
+    let first = if create { (MOVING_SHARE * limit as f64) as usize } else { limit };
     let mut search = Search { ctx, around, field, energy, rest, done: &mut done, limit: first };
+    let start = if is_full { (MAX_BATCH, LONGEST_STRIDE) } else { (MAX_BATCH, 1) };
     let mut moves = Moves::new(mesh, &curl, around);
-    search.phase(&mut moves)?;
-    if options.create {
+    search.phase(&mut moves, start)?;
+    if create {
         search.limit = limit;
         moves.price = Some(PRICE * around.edge_length.powi(2) / around.frames.total_area(mesh));
-        search.phase(&mut moves)?;
+        search.phase(&mut moves, (MAX_BATCH / 4, 1))?;
     }
     done.energy[1] = search.energy.value;
     done.points[1] = field.singularities().len();
@@ -115,12 +130,9 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// Batches until the cost hardly falls any more.
-    fn phase(&mut self, moves: &mut Moves<'_>) -> Result<(), FieldError> {
+    fn phase(&mut self, moves: &mut Moves<'_>, (mut batch, mut stride): (usize, usize)) -> Result<(), FieldError> {
         let Surroundings { mesh, frames, turning, .. } = *self.around;
         let curl = moves.curl;
-        // Points that exist have far to go; new ones are put to the test a few at a time.
-        let (mut batch, mut stride) =
-            if moves.price.is_none() { (MAX_BATCH, LONGEST_STRIDE) } else { (MAX_BATCH / 4, LONGEST_STRIDE / 2) };
         let mut failures = 0;
         let mut history = vec![moves.cost(self.field, self.energy.value)];
         let mut derivative = curl.derivative(mesh, frames, self.field, &self.energy, turning);
@@ -148,7 +160,6 @@ impl Search<'_> {
                 derivative = curl.derivative(mesh, frames, self.field, &self.energy, turning);
                 proposed = moves.propose(self.field, &derivative);
             } else {
-                history.push(last);
                 if stride > 1 {
                     stride /= 2;
                 } else if chosen.len() > 1 {

@@ -13,7 +13,7 @@ fn field_on(name: &str, triangles: usize) -> (Surface, Frames, CrossField, Vec<b
     let frames = Frames::new(&surface.mesh);
     let flags = surface.features.halfedge_flags(&surface.mesh);
     let edge_length = (surface.mesh.total_area() / (triangles as f64 / 10.0)).sqrt();
-    let options = FieldOptions { edge_length, smoothing: 1.0, branch_points: None, strokes: None };
+    let options = FieldOptions { edge_length, smoothing: 1.0, branch_points: None, strokes: None, start: None };
     let (field, _) = smooth_cross_field(&RunContext::silent(), &surface.mesh, &frames, &flags, None, &options).unwrap();
     (surface, frames, field, flags, edge_length)
 }
@@ -85,7 +85,7 @@ fn every_search_lowers_its_cost_and_keeps_the_sum_of_indices() {
         let (surface, frames, before, flags, edge_length) = field_on(name, 3000);
         let mesh = &surface.mesh;
         let branch_points = Some(BranchOptions { create });
-        let options = FieldOptions { edge_length, smoothing: 1.0, branch_points, strokes: None };
+        let options = FieldOptions { edge_length, smoothing: 1.0, branch_points, strokes: None, start: None };
         let (after, found) = smooth_cross_field(&RunContext::silent(), mesh, &frames, &flags, None, &options).unwrap();
         assert!(found.energy[1] <= found.energy[0] && found.accepted < found.evaluations, "{name}: {found:?}");
         assert!(create || found.points[1] <= found.points[0], "{name}: {found:?}");

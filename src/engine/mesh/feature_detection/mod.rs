@@ -4,6 +4,7 @@
 //! straight on → short loose chains away → corners. The boundary is always kept and never listed.
 
 mod corners;
+mod cycles;
 mod detect;
 mod network;
 mod prune;

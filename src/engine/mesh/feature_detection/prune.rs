@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::engine::mesh::NONE;
 use crate::engine::mesh::TriMesh;
+use crate::engine::mesh::feature_detection::cycles::open_small_cycles;
 use crate::engine::mesh::feature_detection::network::Network;
 use crate::engine::mesh::feature_detection::relief::Relief;
 
@@ -22,8 +23,8 @@ const MOST_FACES_TANGLED: usize = 300_000;
 
 /// Drops, until none is left, what is sharp only from edge to edge: chains with a loose end and closed chains that are
 /// short (below `min_length`, or twice that if they are not persistently sharp) or bend less than `angle` on average
-/// when seen over half of `min_length`; anchored chains that bend less than half of `angle`; networks smaller than
-/// `min_length`, and tangles. Edges that the user asked for stay. Nothing is dropped for a length of 0.
+/// when seen over half of `min_length`; anchored chains that bend less than half of `angle`; networks smaller than `min_length`, tangles, and
+/// what closes cycles shorter than `min_length`. Edges that the user asked for stay. Nothing is dropped for a length of 0.
 pub(super) fn prune(network: &mut Network, angle: f64, min_length: f64) {
     if min_length <= 0.0 {
         return;
@@ -47,6 +48,9 @@ pub(super) fn prune(network: &mut Network, angle: f64, min_length: f64) {
             if (small || tangled) && noise && !cluster.iter().any(|&h| network.kept[h]) {
                 unmark(network, &cluster);
             }
+        }
+        if network.n_marked() == before {
+            open_small_cycles(network, min_length);
         }
         if network.n_marked() == before {
             return;

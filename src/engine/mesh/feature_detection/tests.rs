@@ -61,3 +61,42 @@ fn split_normals_are_features_unless_every_facet_has_its_own() {
     ends.sort_unstable();
     assert!(ends.len() > 20 && ends.chunks(2).all(|pair| pair[0] == pair[1]), "{ends:?}");
 }
+
+#[test]
+fn small_cycles_are_opened_and_large_ones_kept() {
+    // A box with a small square post on its lid has a cycle of its own at the foot of the post, and one at its top.
+    let post = |half: f64| {
+        let mut soup = TriangleSoup::default();
+        let ring = |soup: &mut TriangleSoup, half: f64, z: f64| {
+            let start = soup.positions.len() as u32;
+            for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                soup.positions.push(DVec3::new(half * x, half * y, z));
+            }
+            start
+        };
+        let rings = [
+            ring(&mut soup, 1.0, 0.0),
+            ring(&mut soup, 1.0, 1.0),
+            ring(&mut soup, half, 1.0),
+            ring(&mut soup, half, 1.5),
+        ];
+        soup.push_polygon(&[3, 2, 1, 0]);
+        for pair in rings.windows(2) {
+            for k in 0..4 {
+                let next = (k + 1) % 4;
+                soup.push_polygon(&[pair[0] + k, pair[0] + next, pair[1] + next, pair[1] + k]);
+            }
+        }
+        soup.push_polygon(&[12, 13, 14, 15]);
+        soup
+    };
+    let edges = |half: f64| {
+        let soup = post(half);
+        let surface = condition(&RunContext::silent(), &soup, &ConditionOptions::default()).unwrap();
+        let options = FeatureOptions { min_length: 0.4, ..FeatureOptions::default() };
+        detect_features(&surface, &soup, &options).edges.len()
+    };
+    assert_eq!(edges(0.3), 24);
+    // Perimeters of 0.32: one edge of each must go, and what then is loose or small with it.
+    assert!((12..24).contains(&edges(0.04)), "{}", edges(0.04));
+}

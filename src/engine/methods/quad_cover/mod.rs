@@ -3,23 +3,24 @@
 //! The script of the method on one connected component. The field is solved once; the map's system is factored once;
 //! densities are tried by rounding alone, since the right-hand side is proportional to the scale.
 
+mod solve_field;
 mod stiffen;
 
 use crate::engine::field::BranchOptions;
 use crate::engine::field::BranchSearch;
 use crate::engine::field::CrossField;
 use crate::engine::field::FieldError;
-use crate::engine::field::FieldOptions;
 use crate::engine::field::Frames;
-use crate::engine::field::curvature_guidance;
-use crate::engine::field::smooth_cross_field;
 use crate::engine::field::stroke_guidance;
 use crate::engine::mesh::Surface;
+use crate::engine::methods::quad_cover::solve_field::frames_of;
+use crate::engine::methods::quad_cover::solve_field::solve_field;
 use crate::engine::parameterize::GridMap;
 use crate::engine::parameterize::MapError;
 use crate::engine::parameterize::MapMeasures;
 use crate::engine::parameterize::MapSystem;
 use crate::engine::parameterize::RoundedIntegers;
+use crate::engine::parameterize::RoundingStatistics;
 use crate::engine::parameterize::measure_map;
 use crate::engine::parameterize::untangle;
 use crate::engine::run::Cancelled;
@@ -113,23 +114,7 @@ pub fn quad_cover(
     options: &QuadCoverOptions,
 ) -> Result<QuadCoverMap, QuadCoverError> {
     let mesh = &working.mesh;
-    let frames = if options.log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, &options.log_size) };
-    let flags = working.features.halfedge_flags(mesh);
-    let strokes = stroke_guidance(mesh, &frames, &options.strokes, options.edge_length);
-    let (field, branch_search) = ctx.stage(Stage::Field, || -> Result<_, QuadCoverError> {
-        let guidance = options.guided.then(|| curvature_guidance(mesh, &frames, &flags, 0.7 * options.edge_length));
-        let field_options = FieldOptions {
-            edge_length: options.edge_length,
-            smoothing: options.smoothing,
-            branch_points: options.branch_points.clone(),
-            strokes: strokes.clone(),
-        };
-        Ok(smooth_cross_field(ctx, mesh, &frames, &flags, guidance.as_ref(), &field_options)?)
-    })?;
-    let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
-    let weight = (0..mesh.n_faces()).map(weight).collect();
-    let system = ctx
-        .stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners, weight))?;
+    let Prepared { frames, field, branch_search, system } = prepare(ctx, working, options)?;
     ctx.stage(Stage::Round, || {
         let (rounded, grid, measures) = meet_count(ctx, working, &frames, &system, options)?;
         let (mut grid, _) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
@@ -146,6 +131,66 @@ pub fn quad_cover(
             measures,
             curl_energy: rounded.curl_energy,
             rounding_energy: rounded.rounding_energy,
+        })
+    })
+}
+
+/// What stands before any density is tried.
+struct Prepared {
+    frames: Frames,
+    field: CrossField,
+    branch_search: BranchSearch,
+    system: MapSystem,
+}
+
+/// Field and factored system.
+fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> Result<Prepared, QuadCoverError> {
+    let mesh = &working.mesh;
+    let frames = frames_of(mesh, &options.log_size);
+    let flags = working.features.halfedge_flags(mesh);
+    let strokes = stroke_guidance(mesh, &frames, &options.strokes, options.edge_length);
+    let (field, branch_search) =
+        ctx.stage(Stage::Field, || solve_field(ctx, working, &frames, strokes.clone(), options))?;
+    let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
+    let weight = (0..mesh.n_faces()).map(weight).collect();
+    let system = ctx
+        .stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners, weight))?;
+    Ok(Prepared { frames, field, branch_search, system })
+}
+
+/// What roundings of the map's integers cost, and what was predicted, at the density of the edge length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundingTrial {
+    /// Over random real optima.
+    pub statistics: RoundingStatistics,
+    /// Energy that the integers of the map itself add without separations, relative to ½‖X‖².
+    pub found: f64,
+    /// The same with separations: the energy of the map that is delivered, where it meets the count at once.
+    pub separated: f64,
+    /// Separations that those integers violate.
+    pub fallen_together: usize,
+}
+
+/// Compares ways of rounding on `offsets` random real optima of one component's map.
+///
+/// # Errors
+/// As [`quad_cover`].
+pub fn rounding_trial(
+    ctx: &RunContext,
+    working: &Surface,
+    options: &QuadCoverOptions,
+    offsets: usize,
+) -> Result<RoundingTrial, QuadCoverError> {
+    let Prepared { system, .. } = prepare(ctx, working, options)?;
+    let scale = 1.0 / options.edge_length;
+    ctx.stage(Stage::Round, || {
+        let rounded = system.round(ctx, &working.mesh, scale)?;
+        let statistics = system.rounding_statistics(ctx, scale, offsets)?;
+        Ok(RoundingTrial {
+            statistics,
+            found: system.rounding_energy(ctx, scale)?,
+            separated: rounded.rounding_energy,
+            fallen_together: rounded.fallen_together,
         })
     })
 }

@@ -25,6 +25,9 @@ const FAR: f64 = 0.5;
 const ROUNDS: usize = 12;
 /// Least scaled Jacobian that a pull may leave, unless it was worse before.
 const LEAST: f64 = 0.3;
+/// The same for points farther away than [`VERY_FAR`] (quad edges).
+const LEAST_VERY_FAR: f64 = 0.12;
+const VERY_FAR: f64 = 0.8;
 /// Parts of the way that are tried.
 const PULLS: [f64; 3] = [1.0, 0.6, 0.3];
 /// A pull must leave at most this part of the distance.
@@ -58,7 +61,8 @@ pub fn reach_out(
         let mut again = false;
         let mut taken = vec![false; mesh.quads.len()];
         for far in far_points(ctx, surface, &mesh, FAR * edge_length)? {
-            again |= pull(&net, &mut shaping, &far, &mut taken);
+            let least = if far.distance > VERY_FAR * edge_length { LEAST_VERY_FAR } else { LEAST };
+            again |= pull(&net, &mut shaping, &far, least, &mut taken);
         }
         pulled |= again;
         if !again {
@@ -104,7 +108,7 @@ fn far_points(ctx: &RunContext, surface: &Surface, quads: &QuadMesh, least: f64)
 
 /// Pulls the best free vertex of the quad nearest to a far point; tells whether it did. Quads at a pulled vertex are
 /// taken for this round.
-fn pull(net: &QuadNet, shaping: &mut Shaping<'_>, far: &Far, taken: &mut [bool]) -> bool {
+fn pull(net: &QuadNet, shaping: &mut Shaping<'_>, far: &Far, least: f64, taken: &mut [bool]) -> bool {
     let mut free: Vec<u32> =
         net.quads[far.quad as usize].iter().copied().filter(|&v| net.is_free(v) && net.fan(v).is_some()).collect();
     free.retain(|&v| net.at[v as usize].iter().all(|&q| !taken[q as usize]));
@@ -120,7 +124,7 @@ fn pull(net: &QuadNet, shaping: &mut Shaping<'_>, far: &Far, taken: &mut [bool])
             shaping.positions[v as usize] = old[0].0.lerp(far.point, part);
             shaping.draw(&vertex);
             let now = least_qualities(net, shaping, v);
-            let is_decent = (0..2).all(|k| now[k] >= before[k].min(LEAST));
+            let is_decent = (0..2).all(|k| now[k] >= before[k].min(least));
             if is_decent && distance(net, shaping, v, far.point) <= GAIN * far.distance {
                 net.at[v as usize].iter().for_each(|&q| taken[q as usize] = true);
                 return true;

@@ -18,8 +18,6 @@ const STAY: f64 = 0.05;
 const STAY_ON_CURVE: f64 = 0.3;
 /// Weight of quads that are turned along a stroke.
 const GUIDED_WEIGHT: f64 = 20.0;
-/// How far a rectangle goes towards the wanted square in one round, as exponent.
-const SQUARE: f64 = 0.5;
 /// A quad may get worse down to this, for the sake of its neighbours, but not further.
 const FLOOR: f64 = 0.3;
 /// Halvings of a refused step.
@@ -27,7 +25,8 @@ const HALVINGS: usize = 4;
 /// Relaxation ends when no vertex moves further than this share of its wanted edge.
 const STILL: f64 = 2e-3;
 
-/// The rectangle that fits a quad best, as its first and second side; one of them along `guide` unless that is zero.
+/// The square of this size that is turned like the quad, as its first and second side; one of them along `guide` unless
+/// that is zero.
 fn fitted_sides(p: &[DVec3; 4], up: DVec3, size: f64, guide: DVec3) -> (DVec3, DVec3) {
     let own = area_vector(p).normalize_or_zero();
     let n = if own.dot(up) > 0.0 { own } else { up };
@@ -44,8 +43,7 @@ fn fitted_sides(p: &[DVec3; 4], up: DVec3, size: f64, guide: DVec3) -> (DVec3, D
         turns.into_iter().max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction))).unwrap_or(direction)
     });
     let (r, s) = (direction.x * x + direction.y * y, direction.x * y - direction.y * x);
-    let blend = |length: f64| length.clamp(0.1 * size, 10.0 * size).powf(1.0 - SQUARE) * size.powf(SQUARE);
-    (blend(e.dot(direction)) * r, blend(f.dot(direction.perp())) * s)
+    (size * r, size * s)
 }
 
 /// Relaxes for at most `rounds` rounds. `sizes`: wanted edge length per quad; `guides`: a direction to turn to per quad,
@@ -152,10 +150,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_fitted_rectangle_turns_with_the_quad() {
+    fn the_fitted_square_turns_with_the_quad() {
         let (x, y) = (DVec3::new(0.6, 0.8, 0.0), DVec3::new(-0.8, 0.6, 0.0));
         let p = [DVec3::ZERO, 4.0 * x, 4.0 * x + y, y];
         let (e, f) = fitted_sides(&p, DVec3::Z, 1.0, DVec3::ZERO);
-        assert!(e.distance(2.0 * x) < 1e-12 && f.distance(y) < 1e-12);
+        assert!(e.distance(x) < 1e-12 && f.distance(y) < 1e-12);
     }
 }

@@ -39,6 +39,8 @@ pub struct OptimiseOptions {
     pub log_size: Vec<f64>,
     /// Lines that quads near them are to be turned along, polylines in model units.
     pub strokes: Vec<Vec<DVec3>>,
+    /// Per vertex of the draft whether it stays where it is; empty: none does.
+    pub held: Vec<bool>,
 }
 
 /// Moves the vertices of a draft over the surface until its quads are valid and then good; quads and anchors stay.
@@ -63,12 +65,12 @@ pub fn optimise(
     }
     let target = if options.edge_length > 0.0 && options.edge_length.is_finite() { options.edge_length } else { mean };
     let sheet = Sheet::new(surface, target.min(mean));
-    let mut state = State::new(&sheet, index, &draft, trace_curves(surface), 0.5 * mean);
+    let mut state = State::new(&sheet, index, &draft, &options.held, trace_curves(surface), 0.5 * mean);
     ctx.check()?;
     let sizes = wanted_sizes(&state, target, &options.log_size);
     untangle(ctx, &mut state, &sizes)?;
     lift_worst(ctx, &mut state, 0.05, 24)?;
-    let guides = guides(&state, &options.strokes, &sizes);
+    let guides = guides(ctx, &state, &options.strokes, &sizes)?;
     relax(ctx, &mut state, &sizes, &guides, options.iterations)?;
     lift_worst(ctx, &mut state, WORST, if options.iterations > 0 { 8 } else { 0 })?;
     let positions = state.positions;
@@ -77,11 +79,12 @@ pub fn optimise(
 }
 
 /// Per quad the direction of a stroke within reach, zero where there is none; empty without strokes.
-fn guides(state: &State<'_>, strokes: &[Vec<DVec3>], sizes: &[f64]) -> Vec<DVec3> {
+fn guides(ctx: &RunContext, state: &State<'_>, strokes: &[Vec<DVec3>], sizes: &[f64]) -> Result<Vec<DVec3>, Cancelled> {
     if strokes.is_empty() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let nearest = |q: usize| {
+        ctx.check()?;
         let p = centre(&state.corners(q));
         let mut best = (GUIDED * sizes[q], DVec3::ZERO);
         for ends in strokes.iter().flat_map(|line| line.windows(2)) {
@@ -90,7 +93,7 @@ fn guides(state: &State<'_>, strokes: &[Vec<DVec3>], sizes: &[f64]) -> Vec<DVec3
                 best = (d, (ends[1] - ends[0]).normalize_or_zero());
             }
         }
-        best.1
+        Ok(best.1)
     };
     (0..state.quads.len()).into_par_iter().map(nearest).collect()
 }

@@ -51,10 +51,12 @@ pub(crate) struct State<'a> {
 
 impl<'a> State<'a> {
     /// Puts every vertex where its anchor wants it. `reach`: how far a draft's vertex may lie off its sheet.
+    /// Vertices that are `held` stay at their positions.
     pub(crate) fn new(
         sheet: &'a Sheet<'a>,
         index: &SurfaceIndex,
         draft: &'a QuadDraft,
+        held: &[bool],
         curves: Vec<Curve>,
         reach: f64,
     ) -> Self {
@@ -86,7 +88,8 @@ impl<'a> State<'a> {
             .into_par_iter()
             .map(|v| {
                 let corners = incidence.corners_of(v as u32);
-                if draft.anchors[v] != Anchor::Surface || places[v] != Place::Fixed || corners.is_empty() {
+                let is_held = held.get(v) == Some(&true);
+                if is_held || draft.anchors[v] != Anchor::Surface || places[v] != Place::Fixed || corners.is_empty() {
                     return None;
                 }
                 let own: DVec3 = corners.iter().map(|&c| normal(c as usize / 4)).sum();

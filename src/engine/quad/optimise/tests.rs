@@ -115,9 +115,13 @@ fn noise(n: usize) -> Vec<DVec3> {
     (0..n).map(|_| DVec3::new(next(), next(), next())).collect()
 }
 
+fn options(iterations: usize, edge_length: f64) -> OptimiseOptions {
+    OptimiseOptions { iterations, edge_length, log_size: Vec::new(), strokes: Vec::new(), held: Vec::new() }
+}
+
 fn run(surface: &Surface, draft: QuadDraft, edge_length: f64) -> QuadDraft {
     let index = SurfaceIndex::new(&surface.mesh);
-    let options = OptimiseOptions { iterations: 20, edge_length, log_size: Vec::new(), strokes: Vec::new() };
+    let options = options(20, edge_length);
     super::optimise(&RunContext::silent(), surface, &index, draft, &options).unwrap()
 }
 
@@ -146,6 +150,22 @@ fn a_shaken_grid_on_a_square_returns_to_squares() {
     for (p, q) in result.mesh.positions.iter().zip(&even.mesh.positions) {
         assert!(p.distance(*q) < 0.02 / m as f64, "{p} {q}");
     }
+}
+
+#[test]
+fn held_vertices_stay_and_the_others_come_after_them() {
+    let surface = square(23);
+    let m = 12;
+    let mut draft = grid(&surface, m);
+    let middle = (m / 2) * (m + 1) + m / 2;
+    draft.mesh.positions[middle] += DVec3::new(0.5, 0.2, 0.0) / m as f64;
+    let mut held = vec![false; draft.anchors.len()];
+    held[middle] = true;
+    let index = SurfaceIndex::new(&surface.mesh);
+    let options = OptimiseOptions { held, ..options(20, 1.0 / m as f64) };
+    let result = super::optimise(&RunContext::silent(), &surface, &index, draft.clone(), &options).unwrap();
+    assert_eq!(result.mesh.positions[middle], draft.mesh.positions[middle]);
+    assert!(worst_of(&result, |_| DVec3::Z) > worst_of(&draft, |_| DVec3::Z) + 0.05);
 }
 
 #[test]
@@ -289,7 +309,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn what_does_not_fit_is_left_alone_and_a_stopped_run_stops() {
     let surface = square(2);
-    let options = OptimiseOptions { iterations: 5, edge_length: f64::NAN, log_size: Vec::new(), strokes: Vec::new() };
+    let options = options(5, f64::NAN);
     let index = SurfaceIndex::new(&surface.mesh);
     let ctx = RunContext::silent();
     let good = grid(&surface, 2);

@@ -14,7 +14,7 @@ pub(super) struct Accessor<'a> {
     pub(super) count: usize,
     pub(super) components: usize,
     pub(super) kind: ComponentType,
-    normalised: bool,
+    pub(super) normalised: bool,
     /// Bytes and distance of the elements; none means zeros.
     base: Option<Strided<'a>>,
     sparse: Option<Sparse<'a>>,
@@ -48,7 +48,8 @@ impl<'a> Accessor<'a> {
             Checked::Valid(Type::Vec2) => 2,
             Checked::Valid(Type::Vec3) => 3,
             Checked::Valid(Type::Vec4) => 4,
-            _ => return Err(malformed(place, "a type that is neither scalar nor vector")),
+            Checked::Valid(Type::Mat4) => 16,
+            _ => return Err(malformed(place, "a type that is neither scalar, vector nor matrix of 4 by 4")),
         };
         let element = components * kind.size();
         let count = usize::try_from(json.count.0).map_err(|_| malformed(&*place, "a count beyond memory"))?;
@@ -100,6 +101,19 @@ impl<'a> Accessor<'a> {
             }
         }
         Ok(values)
+    }
+
+    /// The first n elements, which must be matrices of floats by columns, in a row. Nothing is read behind them: many may
+    /// ask for the first ones of a long list.
+    pub(super) fn matrices(&self, n: usize) -> Result<Vec<[f64; 16]>, ReadError> {
+        let base =
+            self.base.filter(|_| self.components == 16 && self.kind == ComponentType::F32 && self.sparse.is_none());
+        match base {
+            Some(base) if n <= self.count => {
+                Ok((0..n).map(|i| std::array::from_fn(|c| self.component(base, i, c))).collect())
+            }
+            _ => Err(malformed(&*self.place, format!("not the {n} matrices of floats that are asked for"))),
+        }
     }
 
     /// All elements as indices; the first component of each.

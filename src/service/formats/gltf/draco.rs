@@ -23,6 +23,8 @@ pub(super) struct Decoded {
     pub(super) colours: Option<Vec<[f32; 4]>>,
     /// With v upwards.
     pub(super) uv: Option<Vec<[f32; 2]>>,
+    /// Four joint numbers and four weights per vertex.
+    pub(super) influences: Option<(Vec<f64>, Vec<f64>)>,
     /// In range.
     pub(super) triangles: Vec<[u32; 3]>,
 }
@@ -97,10 +99,16 @@ fn decompress(
             .map(|c| [c[0] / full, c[1] / full, c[2] / full, if has_alpha { c[3] / full } else { 1.0 }])
             .collect()
     });
+    let fours = |name: &str| {
+        let attribute = attribute(name).filter(|attribute| attribute.num_components() == 4)?;
+        Some(attribute.read_f32s(n, 4).into_iter().map(f64::from).collect::<Vec<_>>())
+    };
+    let influences = fours("JOINTS_0").zip(fours("WEIGHTS_0"));
     let triangles: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|point| point.0)).collect();
     if let Some(&index) = triangles.iter().flatten().find(|&&v| v as usize >= n) {
         let (place, index, count) = (place.to_owned(), i64::from(index), n as u64);
         return Err(ReadError::IndexOutOfRange { format: super::GLTF, place, index, count });
     }
-    Ok(Decoded { positions: position.read_f32s(n, 3).into_iter().map(f64::from).collect(), colours, uv, triangles })
+    let positions = position.read_f32s(n, 3).into_iter().map(f64::from).collect();
+    Ok(Decoded { positions, colours, uv, influences, triangles })
 }

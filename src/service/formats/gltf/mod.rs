@@ -1,42 +1,78 @@
-//! Reading glTF 2.0: JSON or GLB, all that bears on where the surface is. Materials, animations, cameras and morph
-//! targets are passed over; skinned meshes are read in their bind pose.
+//! Reading glTF 2.0: JSON or GLB, all that bears on where the surface is and what moves it. Of materials the names are
+//! read; animations, cameras and morph targets are passed over; skinned meshes are read in their bind pose.
 //!
 //! The crate `gltf` parses the JSON, without its validation, which refuses every required extension it was not compiled
 //! with. So nothing is trusted here: every index, offset, stride and count is checked where it is used.
 
 mod accessor;
+mod bind;
 mod document;
 #[cfg(feature = "draco")]
 mod draco;
+mod influences;
+mod matrix;
 mod meshopt;
 mod primitive;
 mod scene;
 mod uri;
+mod values;
+
+use gltf::json::Root;
+use gltf::json::mesh::Primitive;
 
 use super::error::ReadError;
+use super::model::{Model, ObjectName};
 use super::soup_builder::{ReadLimits, SoupBuilder};
-use crate::engine::mesh::TriangleSoup;
+use bind::Binder;
 use document::Document;
+use primitive::Shared;
+use scene::Instance;
 pub(super) use uri::{Files, NoFiles};
 
 const GLTF: &str = "glTF";
 
-/// Reads all instances of all meshes of the default scene into one soup.
+/// Reads all instances of all meshes of the default scene: their polygons, what their nodes are called, and the joints
+/// that move them.
 ///
 /// # Errors
 /// With the JSON pointer of the faulty element.
-pub(super) fn read(bytes: &[u8], files: &dyn Files, limits: &ReadLimits) -> Result<TriangleSoup, ReadError> {
+pub(super) fn read(bytes: &[u8], files: &dyn Files, limits: &ReadLimits) -> Result<Model, ReadError> {
     let document = Document::open(bytes, files, limits)?;
     let mut builder = SoupBuilder::new(limits);
-    for instance in scene::instances(&document.root)? {
-        primitive::append_mesh(&document, &instance, &mut builder)?;
+    let graph = scene::graph(&document.root)?;
+    let (mut binder, mut shared) = (Binder::new(&document, &graph), Shared::default());
+    for instance in &graph.instances {
+        builder.new_object(name(&document.root, instance));
+        primitive::append_mesh(&document, instance, &mut binder, &mut shared, &mut builder)?;
     }
-    builder.finish(GLTF)
+    let mut model = builder.finish_model(GLTF)?;
+    model.scene.skeleton = binder.finish();
+    model.warnings = left_behind(&document.root);
+    Ok(model)
+}
+
+/// What an instance is called: one without a name as its mesh.
+fn name(root: &Root, instance: &Instance) -> ObjectName {
+    let mesh = root.meshes.get(instance.mesh).and_then(|mesh| mesh.name.as_deref()).unwrap_or_default();
+    let node = instance.node.and_then(|node| root.nodes[node].name.as_deref()).filter(|name| !name.is_empty());
+    ObjectName::new(node.unwrap_or(mesh), mesh)
+}
+
+/// What quads do not carry, though they could be expected to.
+fn left_behind(root: &Root) -> Vec<String> {
+    let has_targets = |p: &Primitive| p.targets.as_ref().is_some_and(|targets| !targets.is_empty());
+    let has_targets = root.meshes.iter().any(|mesh| mesh.primitives.iter().any(has_targets));
+    let animations = (!root.animations.is_empty()).then_some("animations are not carried to the quads");
+    let targets =
+        has_targets.then_some("morph targets are not carried to the quads, which have the shape without them");
+    animations.into_iter().chain(targets).map(str::to_owned).collect()
 }
 
 fn malformed(place: impl Into<String>, cause: impl Into<String>) -> ReadError {
     ReadError::malformed(GLTF, place, cause)
 }
 
+#[cfg(test)]
+mod skin_tests;
 #[cfg(test)]
 mod tests;

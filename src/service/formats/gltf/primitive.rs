@@ -9,16 +9,35 @@ use gltf::json::validation::Checked;
 
 use super::super::error::ReadError;
 use super::super::ngon;
-use super::super::soup_builder::{SoupBuilder, UNSAID};
+use super::super::soup_builder::SoupBuilder;
 use super::accessor::Accessor;
+use super::bind::{Binder, Place};
 use super::document::{Document, missing};
+use super::influences;
 use super::malformed;
 use super::scene::Instance;
+use super::values::{read_colours, read_normals, read_order, read_uv};
+use crate::engine::mesh::Influences;
 
-/// What an instance has appended so far: primitives that share their positions share the vertices, too.
+/// Vertices that were appended so far. Primitives that share their positions share the vertices, too, also those of
+/// several nodes that are at the same place, as in the files that are written here.
 #[derive(Default)]
-struct Appended {
-    vertices: BTreeMap<[Option<usize>; 3], Vertices>,
+pub(super) struct Shared(BTreeMap<Key, Vertices>);
+
+/// What makes vertices the same.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Key {
+    /// Of positions, colours, the order of copies, joints and weights.
+    accessors: Vec<Option<usize>>,
+    /// Bits of the numbers of the transform.
+    transform: [u64; 16],
+    /// The skin, and the joint of those that have none.
+    binding: (Option<usize>, Option<u16>),
+}
+
+/// What an instance has appended so far.
+struct Appended<'a> {
+    shared: &'a mut Shared,
     uv: BTreeMap<usize, Rc<Vec<[f32; 2]>>>,
     normals: BTreeMap<usize, Rc<Vec<[f32; 3]>>>,
 }
@@ -52,28 +71,39 @@ impl Vertices {
 pub(super) fn append_mesh(
     document: &Document<'_>,
     instance: &Instance,
+    binder: &mut Binder<'_>,
+    shared: &mut Shared,
     builder: &mut SoupBuilder,
 ) -> Result<(), ReadError> {
     let mesh = document.root.meshes.get(instance.mesh).ok_or_else(|| missing("/nodes", "mesh", instance.mesh))?;
     builder.claim_primitives(mesh.primitives.len() as u64)?;
-    let mut appended = Appended::default();
+    let mut appended = Appended { shared, uv: BTreeMap::new(), normals: BTreeMap::new() };
     for (p, primitive) in mesh.primitives.iter().enumerate() {
-        let place = format!("/meshes/{}/primitives/{p}", instance.mesh);
+        let at = format!("/meshes/{}/primitives/{p}", instance.mesh);
         let Checked::Valid(mode) = primitive.mode else {
-            return Err(malformed(place, "an unknown mode"));
+            return Err(malformed(at, "an unknown mode"));
         };
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             continue;
         }
-        name_material(document, primitive, &place, builder)?;
+        name_material(document, primitive, &at, builder)?;
+        let place = binder.place(instance, primitive)?;
         if let Some(extension) = extension(primitive, "KHR_draco_mesh_compression") {
             #[cfg(feature = "draco")]
             {
-                let decoded = super::draco::decode(document, extension, &place, builder)?;
+                let decoded = super::draco::decode(document, extension, &at, builder)?;
                 let (positions, colours) = (&decoded.positions, decoded.colours.as_deref());
-                let vertices = append_vertices(positions, colours, None, &instance.transform, builder)?;
+                let count = positions.len() / 3;
+                let influences = decoded
+                    .influences
+                    .as_ref()
+                    .filter(|_| place.skin.is_some())
+                    .map(|said| influences::of_vertices(std::slice::from_ref(said), count, &place.joints, &at));
+                let influences = influences.transpose()?;
+                let said = SaidOfVertices { colours, influences: influences.as_deref(), order: None };
+                let vertices = append_vertices(positions, said, &place, builder)?;
                 let said = Said { uv: decoded.uv.as_deref(), normals: None };
-                append_triangles(&decoded.triangles, &vertices, said, instance, false, builder)?;
+                append_triangles(&decoded.triangles, &vertices, said, &place.transform, false, builder)?;
                 continue;
             }
             #[cfg(not(feature = "draco"))]
@@ -82,7 +112,7 @@ pub(super) fn append_mesh(
                 return Err(ReadError::UnsupportedExtension { name: "KHR_draco_mesh_compression".to_owned() });
             }
         }
-        append(document, primitive, mode, &place, instance, &mut appended, builder)?;
+        append(document, primitive, mode, &at, &place, &mut appended, builder)?;
     }
     Ok(())
 }
@@ -121,8 +151,8 @@ fn append(
     primitive: &Primitive,
     mode: Mode,
     place: &str,
-    instance: &Instance,
-    appended: &mut Appended,
+    at: &Place,
+    appended: &mut Appended<'_>,
     builder: &mut SoupBuilder,
 ) -> Result<(), ReadError> {
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|accessor| accessor.value());
@@ -141,17 +171,26 @@ fn append(
 
     let order = extension(primitive, "FB_ngon_encoding").and_then(|ngon| ngon.pointer("/extras/vertices")?.as_u64());
     let order = order.and_then(|i| usize::try_from(i).ok());
-    let key = [Some(position), colour, order];
-    let vertices = match appended.vertices.get(&key) {
+    let sets = if at.skin.is_some() { influences::sets(primitive) } else { Vec::new() };
+    let accessors = [Some(position), colour, order].into_iter().chain(sets.iter().flatten().copied().map(Some));
+    let transform = at.transform.to_cols_array().map(f64::to_bits);
+    let key = Key { accessors: accessors.collect(), transform, binding: (at.skin, at.joint) };
+    let vertices = match appended.shared.0.get(&key) {
         Some(known) => known.clone(),
         None => {
             builder.claim_vertices(positions.count as u64)?;
             let colours = colour.map(|i| read_colours(document, i, positions.count, place)).transpose()?;
             let values = positions.floats()?;
             let order = order.and_then(|i| read_order(document, i, &values));
-            let vertices =
-                append_vertices(&values, colours.as_deref(), order.as_deref(), &instance.transform, builder)?;
-            appended.vertices.insert(key, vertices.clone());
+            let influences =
+                at.skin.map(|_| influences::read(document, &sets, positions.count, &at.joints, place)).transpose()?;
+            let said = SaidOfVertices {
+                colours: colours.as_deref(),
+                influences: influences.as_deref(),
+                order: order.as_deref(),
+            };
+            let vertices = append_vertices(&values, said, at, builder)?;
+            appended.shared.0.insert(key, vertices.clone());
             vertices
         }
     };
@@ -193,65 +232,28 @@ fn append(
     }
     let is_polygons = is_list && extension(primitive, "FB_ngon_encoding").is_some();
     let said = Said { uv: uv.as_deref().map(Vec::as_slice), normals: normals.as_deref().map(Vec::as_slice) };
-    append_triangles(&triangles, &vertices, said, instance, is_polygons, builder)
+    append_triangles(&triangles, &vertices, said, &at.transform, is_polygons, builder)
 }
 
-fn read_colours(document: &Document<'_>, i: usize, count: usize, place: &str) -> Result<Vec<[f32; 4]>, ReadError> {
-    let accessor = Accessor::of(document, i, place)?;
-    if accessor.count != count || accessor.components < 3 {
-        return Err(malformed(accessor.place, "COLOR_0 must be VEC3 or VEC4 with one element per vertex"));
-    }
-    let colours = accessor.floats()?;
-    let colours = colours.chunks_exact(accessor.components);
-    Ok(colours.map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, c.get(3).map_or(UNSAID, |&a| a as f32)]).collect())
-}
-
-/// Texture coordinates with v upwards: glTF counts it downwards from 1.
-fn read_uv(document: &Document<'_>, i: usize, count: usize, place: &str) -> Result<Vec<[f32; 2]>, ReadError> {
-    let accessor = Accessor::of(document, i, place)?;
-    if accessor.count != count || accessor.components != 2 {
-        return Err(malformed(accessor.place, "TEXCOORD_0 must be VEC2 with one element per vertex"));
-    }
-    Ok(accessor.floats()?.chunks_exact(2).map(|c| [c[0] as f32, (1.0 - c[1]) as f32]).collect())
-}
-
-/// Normals; none where they are not what they should be: no shape depends on them.
-fn read_normals(document: &Document<'_>, i: usize, count: usize, place: &str) -> Option<Vec<[f32; 3]>> {
-    let accessor = Accessor::of(document, i, place).ok()?;
-    if accessor.count != count || accessor.components != 3 {
-        return None;
-    }
-    let normals = accessor.floats().ok()?;
-    Some(normals.as_chunks::<3>().0.iter().map(|n| n.map(|x| x as f32)).collect())
-}
-
-/// Which vertex each one is a copy of, as our own writer says it (itself for most); none if that cannot be: copies
-/// follow what they are copies of and are at the same place.
-fn read_order(document: &Document<'_>, i: usize, positions: &[f64]) -> Option<Vec<u32>> {
-    let accessor = Accessor::of(document, i, "/extras").ok()?;
-    if 3 * accessor.count != positions.len() || accessor.components != 2 {
-        return None;
-    }
-    let halves = accessor.floats().ok()?;
-    let order: Vec<u32> = halves.chunks_exact(2).map(|c| (c[0] + 65536.0 * c[1]) as u32).collect();
-    let at = |v: usize| &positions[3 * v..3 * v + 3];
-    let is_copy = |(v, &of): (usize, &u32)| {
-        let of = of as usize;
-        of <= v && order[of] as usize == of && at(of) == at(v)
-    };
-    order.iter().enumerate().all(is_copy).then_some(order)
+/// What vertices say besides where they are, each list of one per vertex.
+#[derive(Clone, Copy)]
+struct SaidOfVertices<'a> {
+    colours: Option<&'a [[f32; 4]]>,
+    influences: Option<&'a [Influences]>,
+    order: Option<&'a [u32]>,
 }
 
 /// Appends vertices, those only that are no copies.
 fn append_vertices(
     positions: &[f64],
-    colours: Option<&[[f32; 4]]>,
-    order: Option<&[u32]>,
-    transform: &DMat4,
+    said: SaidOfVertices<'_>,
+    place: &Place,
     builder: &mut SoupBuilder,
 ) -> Result<Vertices, ReadError> {
     let first = builder.n_vertices() as u32;
-    let is_identity = *transform == DMat4::IDENTITY;
+    let SaidOfVertices { colours, influences, order } = said;
+    let is_identity = place.transform == DMat4::IDENTITY;
+    let hangs_on = place.joint.map(Influences::one);
     let mut numbers: Vec<u32> = Vec::new();
     for (i, p) in positions.chunks_exact(3).enumerate() {
         if let Some(order) = order {
@@ -263,9 +265,12 @@ fn append_vertices(
             numbers.push(builder.n_vertices() as u32);
         }
         let p = DVec3::from_slice(p);
-        builder.vertex(if is_identity { p } else { transform.transform_point3(p) })?;
+        builder.vertex(if is_identity { p } else { place.transform.transform_point3(p) })?;
         if let Some(&colour) = colours.and_then(|colours| colours.get(i)) {
             builder.colour(colour);
+        }
+        if let Some(influences) = influences.and_then(|of| of.get(i).copied()).or(hangs_on) {
+            builder.influences(influences);
         }
     }
     Ok(if order.is_some() { Vertices::Each(Rc::new(numbers)) } else { Vertices::From(first) })
@@ -275,13 +280,13 @@ fn append_triangles(
     triangles: &[[u32; 3]],
     vertices: &Vertices,
     said: Said<'_>,
-    instance: &Instance,
+    transform: &DMat4,
     is_polygons: bool,
     builder: &mut SoupBuilder,
 ) -> Result<(), ReadError> {
     // A mirrored instance is inside out.
-    let is_mirrored = instance.transform.determinant() < 0.0;
-    let directions = DMat3::from_mat4(instance.transform).inverse().transpose();
+    let is_mirrored = transform.determinant() < 0.0;
+    let directions = DMat3::from_mat4(*transform).inverse().transpose();
     let turned = |n: [f32; 3]| (directions * DVec3::from(n.map(f64::from))).as_vec3().to_array();
     let (mut corners, mut numbers) = (Vec::new(), Vec::new());
     let polygon = |polygon: &[u32]| {

@@ -4,25 +4,42 @@ use glam::{DMat4, DQuat, DVec3};
 use gltf::json::{Node, Root};
 
 use super::super::error::ReadError;
+use super::super::model::{NodeTransform, SkeletonNode, cut};
 use super::document::missing;
 use super::malformed;
+use super::matrix::by_columns;
 
 /// A mesh at a place of the scene.
 #[derive(Clone, Debug)]
 pub(super) struct Instance {
+    /// None in files without nodes.
+    pub(super) node: Option<usize>,
     pub(super) mesh: usize,
+    pub(super) skin: Option<usize>,
+    /// Where the node stands; what has a skin is put elsewhere, see [`super::bind`].
     pub(super) transform: DMat4,
 }
 
-/// The instances of the default scene, in order of the nodes; of all nodes if there is no scene; each mesh once if there
-/// are no nodes.
+/// The nodes of a file.
+#[derive(Debug, Default)]
+pub(super) struct Graph {
+    /// The meshes to show, in order of the nodes.
+    pub(super) instances: Vec<Instance>,
+    /// Per node, from its coordinates to those of the scene.
+    pub(super) world: Vec<DMat4>,
+    /// The node above each node.
+    pub(super) parent: Vec<Option<usize>>,
+}
+
+/// The nodes and the instances of the default scene; of all nodes if there is no scene; each mesh once if there are no
+/// nodes.
 ///
 /// # Errors
 /// If the nodes are no forest: a node with two parents, or a cycle.
-pub(super) fn instances(root: &Root) -> Result<Vec<Instance>, ReadError> {
+pub(super) fn graph(root: &Root) -> Result<Graph, ReadError> {
     if root.nodes.is_empty() {
-        let identity = DMat4::IDENTITY;
-        return Ok((0..root.meshes.len()).map(|mesh| Instance { mesh, transform: identity }).collect());
+        let instance = |mesh| Instance { node: None, mesh, skin: None, transform: DMat4::IDENTITY };
+        return Ok(Graph { instances: (0..root.meshes.len()).map(instance).collect(), ..Graph::default() });
     }
     let n = root.nodes.len();
     let mut parent = vec![None; n];
@@ -45,11 +62,31 @@ pub(super) fn instances(root: &Root) -> Result<Vec<Instance>, ReadError> {
     if let Some(i) = world.iter().position(Option::is_none) {
         return Err(malformed(format!("/nodes/{i}"), "the node is its own ancestor or descends from one that is"));
     }
+    let world: Vec<DMat4> = world.into_iter().flatten().collect();
     let shown = shown(root)?;
-    let nodes = root.nodes.iter().zip(world).zip(shown).filter(|(_, shown)| *shown);
-    let instances =
-        nodes.filter_map(|((node, world), _)| Some(Instance { mesh: node.mesh?.value(), transform: world? }));
-    Ok(instances.collect())
+    let nodes = root.nodes.iter().enumerate().filter(|(i, _)| shown[*i]);
+    let instances = nodes.filter_map(|(i, node)| {
+        let skin = node.skin.map(|skin| skin.value());
+        Some(Instance { node: Some(i), mesh: node.mesh?.value(), skin, transform: world[i] })
+    });
+    Ok(Graph { instances: instances.collect(), world, parent })
+}
+
+/// A node as it is carried to other files. Numbers that single precision does not hold mean no transform.
+pub(super) fn skeleton_node(node: &Node, parent: Option<u32>) -> SkeletonNode {
+    let finite = |v: [f32; 3]| v.iter().all(|x| x.is_finite()).then_some(v);
+    let transform = match node.matrix {
+        Some(matrix) => {
+            let matrix = by_columns(&DMat4::from_cols_array(&matrix.map(f64::from)));
+            matrix.map_or(NodeTransform::default(), NodeTransform::Matrix)
+        }
+        None => NodeTransform::Parts {
+            translation: node.translation.and_then(finite),
+            rotation: node.rotation.map(|q| unit(q.0).as_quat().to_array()).filter(|q| q.iter().all(|x| x.is_finite())),
+            scale: node.scale.and_then(finite),
+        },
+    };
+    SkeletonNode { name: node.name.as_deref().map(cut), parent, transform }
 }
 
 /// Which nodes belong to the default scene.
@@ -78,12 +115,16 @@ fn local(node: &Node) -> DMat4 {
         return DMat4::from_cols_array(&matrix.map(f64::from));
     }
     let vector = |v: Option<[f32; 3]>, otherwise: DVec3| v.map_or(otherwise, |v| DVec3::from_array(v.map(f64::from)));
-    // Not every writer says a unit quaternion with all digits.
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
-    let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| unit(q.0));
     DMat4::from_scale_rotation_translation(
         vector(node.scale, DVec3::ONE),
         rotation,
         vector(node.translation, DVec3::ZERO),
     )
+}
+
+/// Not every writer says a unit quaternion with all digits.
+fn unit(q: [f32; 4]) -> DQuat {
+    let rotation = DQuat::from_array(q.map(f64::from));
+    if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY }
 }

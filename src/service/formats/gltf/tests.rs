@@ -3,6 +3,7 @@ use serde_json::{Value, json};
 
 use super::super::glb_container;
 use super::*;
+use crate::engine::mesh::TriangleSoup;
 
 /// Little-endian bytes of numbers.
 macro_rules! bytes {
@@ -44,7 +45,7 @@ fn triangle() -> (Value, Vec<u8>) {
 }
 
 fn read_glb((json, bin): (Value, Vec<u8>)) -> Result<TriangleSoup, ReadError> {
-    read(&glb_container::write(&json, bin), &NoFiles, &ReadLimits::default())
+    read(&glb_container::write(&json, bin), &NoFiles, &ReadLimits::default()).map(|model| model.soup)
 }
 
 fn polygons(soup: &TriangleSoup) -> Vec<Vec<u32>> {
@@ -233,7 +234,7 @@ fn data_uris_and_text() {
     let data = base64::engine::general_purpose::STANDARD.encode(&bin);
     json["buffers"][0]["uri"] = json!(format!("data:application/octet-stream;base64,{data}"));
     let text = serde_json::to_vec_pretty(&json).unwrap();
-    assert_eq!(read(&text, &NoFiles, &ReadLimits::default()).unwrap().n_polygons(), 1);
+    assert_eq!(read(&text, &NoFiles, &ReadLimits::default()).unwrap().soup.n_polygons(), 1);
     let few = ReadLimits { max_bytes_unpacked: 50, ..ReadLimits::default() };
     assert!(matches!(read(&text, &NoFiles, &few), Err(ReadError::TooLarge { what: "bytes unpacked", .. })));
 }

@@ -1,0 +1,119 @@
+//! The field of the method: searched on a coarse mesh first, where a step costs little, and then carried over.
+
+use glam::DVec3;
+
+use crate::engine::field::BranchSearch;
+use crate::engine::field::CrossField;
+use crate::engine::field::FieldOptions;
+use crate::engine::field::FieldStart;
+use crate::engine::field::Frames;
+use crate::engine::field::StrokeGuidance;
+use crate::engine::field::curvature_guidance;
+use crate::engine::field::smooth_cross_field;
+use crate::engine::field::stroke_guidance;
+use crate::engine::field::transfer_field;
+use crate::engine::mesh::IsotropicOptions;
+use crate::engine::mesh::Surface;
+use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::TriMesh;
+use crate::engine::mesh::remesh_isotropic;
+use crate::engine::methods::quad_cover::QuadCoverError;
+use crate::engine::methods::quad_cover::QuadCoverOptions;
+use crate::engine::run::RunContext;
+
+/// Edges of the coarse mesh in quad edges: branch points are kept further apart than this.
+const COARSE: f64 = 1.0;
+/// A coarse mesh is worth its making if it has at most this share of the faces.
+const WORTH: f64 = 0.4;
+/// Faces up to which the search goes on the working mesh itself.
+const FEW_FACES: usize = 10_000;
+/// Crosses are looked for within this many quad edges.
+const REACH: f64 = 0.5;
+
+/// The field on the working surface. Where branch points are searched for and the working mesh is much finer than the
+/// quads, the search is done on a coarse mesh; on the working mesh they then only take their last few steps.
+pub(super) fn solve_field(
+    ctx: &RunContext,
+    working: &Surface,
+    frames: &Frames,
+    strokes: Option<StrokeGuidance>,
+    options: &QuadCoverOptions,
+) -> Result<(CrossField, BranchSearch), QuadCoverError> {
+    let coarse = match options.branch_points {
+        Some(_) => coarse_start(ctx, working, frames, options)?,
+        None => None,
+    };
+    let (start, before) = coarse.map_or((None, None), |(start, search)| (Some(start), Some(search)));
+    let (field, mut search) = on_mesh(ctx, working, frames, strokes, start, options)?;
+    if let Some(before) = before {
+        search.energy[0] = before.energy[0];
+        search.points[0] = before.points[0];
+        search.evaluations += before.evaluations;
+        search.accepted += before.accepted;
+    }
+    Ok((field, search))
+}
+
+/// The field of a coarse mesh as seen from the working mesh.
+fn coarse_start(
+    ctx: &RunContext,
+    working: &Surface,
+    frames: &Frames,
+    options: &QuadCoverOptions,
+) -> Result<Option<(FieldStart, BranchSearch)>, QuadCoverError> {
+    let mesh = &working.mesh;
+    let finest = options.log_size.iter().copied().fold(0.0, f64::min).exp();
+    let edge = COARSE * options.edge_length * finest;
+    let faces = mesh.total_area() * 4.0 / 3f64.sqrt() / (edge * edge);
+    if mesh.n_faces() < FEW_FACES || faces > WORTH * mesh.n_faces() as f64 {
+        return Ok(None);
+    }
+    let index = SurfaceIndex::new(mesh);
+    let coarse = remesh_isotropic(ctx, working, &index, &IsotropicOptions::dense(edge))?;
+    if coarse.mesh.n_faces() > mesh.n_faces() / 2 {
+        return Ok(None);
+    }
+    let log_size = carried_sizes(mesh, &index, &options.log_size, coarse.mesh.positions());
+    let coarse_frames = frames_of(&coarse.mesh, &log_size);
+    let strokes = stroke_guidance(&coarse.mesh, &coarse_frames, &options.strokes, options.edge_length);
+    let (field, search) = on_mesh(ctx, &coarse, &coarse_frames, strokes, None, options)?;
+    let start = transfer_field((&coarse.mesh, &coarse_frames, &field), (mesh, frames), REACH * options.edge_length);
+    Ok(Some((start, search)))
+}
+
+pub(super) fn frames_of(mesh: &TriMesh, log_size: &[f64]) -> Frames {
+    if log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, log_size) }
+}
+
+fn carried_sizes(mesh: &TriMesh, index: &SurfaceIndex, log_size: &[f64], points: &[DVec3]) -> Vec<f64> {
+    if log_size.is_empty() {
+        return Vec::new();
+    }
+    let at = |&p: &DVec3| {
+        let at = index.closest(p);
+        let face = mesh.face(at.face as usize);
+        (0..3).map(|k| at.barycentric[k] * log_size[face[k] as usize]).sum()
+    };
+    points.iter().map(at).collect()
+}
+
+fn on_mesh(
+    ctx: &RunContext,
+    surface: &Surface,
+    frames: &Frames,
+    strokes: Option<StrokeGuidance>,
+    start: Option<FieldStart>,
+    options: &QuadCoverOptions,
+) -> Result<(CrossField, BranchSearch), QuadCoverError> {
+    let mesh = &surface.mesh;
+    let flags = surface.features.halfedge_flags(mesh);
+    let guidance = options.guided.then(|| curvature_guidance(mesh, frames, &flags, 0.7 * options.edge_length));
+    let field_options = FieldOptions {
+        edge_length: options.edge_length,
+        smoothing: options.smoothing,
+        branch_points: options.branch_points.clone(),
+        strokes,
+        start,
+    };
+    Ok(smooth_cross_field(ctx, mesh, frames, &flags, guidance.as_ref(), &field_options)?)
+}

@@ -1,0 +1,48 @@
+//! Iterative greedy rounding.
+
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+
+/// Which unknown is fixed next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    /// The nearest to an integer, as [bommes_2009] does; it leaves less energy in the end.
+    Nearest,
+    /// The one that raises the energy least, as the thesis describes it.
+    LeastIncrease,
+}
+
+/// Fixes one unknown at a time, the others following to their new optimum ([bommes_2009]'s greedy rounding without
+/// solves). `inverse` is that of the matrix, n × n. O(n³).
+pub(super) fn greedy(ctx: &RunContext, inverse: &[f64], target: &[f64], next: Next) -> Result<Vec<f64>, Cancelled> {
+    let n = target.len();
+    let mut q = target.to_vec();
+    let mut covariance = inverse.to_vec();
+    let mut open: Vec<usize> = (0..n).collect();
+    while !open.is_empty() {
+        ctx.check()?;
+        // Fixing an unknown raises the energy by the square of its step over its variance.
+        let cost = |i: usize| {
+            let off = (q[i] - q[i].round()).abs();
+            if next == Next::Nearest { off } else { off * off / covariance[i * n + i].max(1e-300) }
+        };
+        let cheapest = open.iter().enumerate().min_by(|(_, a), (_, b)| cost(**a).total_cmp(&cost(**b)));
+        let Some((at, &i)) = cheapest else { break };
+        open.swap_remove(at);
+        let step = q[i].round() - q[i];
+        let row: Vec<f64> = covariance[i * n..(i + 1) * n].to_vec();
+        let variance = row[i].max(1e-300);
+        for &j in &open {
+            q[j] += step * row[j] / variance;
+        }
+        q[i] = q[i].round();
+        for &j in &open {
+            let factor = row[j] / variance;
+            // Columns of fixed unknowns are never read again; whole rows go faster than picking the open ones.
+            for (c, r) in covariance[j * n..(j + 1) * n].iter_mut().zip(&row) {
+                *c -= factor * r;
+            }
+        }
+    }
+    Ok(q)
+}

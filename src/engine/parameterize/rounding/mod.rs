@@ -1,0 +1,91 @@
+//! Rounding by the period matrix: the energy of the best map with integers q is `E* + (q − q*)ᵀ P (q − q*)`
+//! ([kaelberer_2013] section 6.3; algorithms.md D.1), so integers are compared without another solve.
+//!
+//! The lattice. The thesis rounds the translations between neighbouring branch points and must keep those of points of
+//! odd index in the lattice of (1, 1) and (−1, 1), and double those of even index, so that all points are integers
+//! (section 4.2.2). Here positions themselves are the unknowns that survive elimination: both coordinates of every branch
+//! point and corner, the iso coordinate of every feature line, and the translations of handles that nothing else fixes.
+//! Translations between points are `(1 − i) z` around a point of odd index, which is that lattice, and `2 z` around one of
+//! even index: both kinds are integers by construction, any integers q are admissible, and the lattice is Zⁿ.
+//! Positions against one origin are a poor basis of it, though: searches work in a reduced one, and the figures
+//! of the thesis are measured in that of a shortest cut graph (`generators.rs`).
+//!
+//! | file | rounding |
+//! |---|---|
+//! | `direct` | each to the nearest |
+//! | `greedy` | one at a time, the others follow |
+//! | `descend` | steepest single and double steps |
+//! | `r_search` | the thesis: r at a time |
+//! | `block_search` | exact over blocks, with kicks; over everything where there is little |
+//! | `pulled` | greedy and descent around separations |
+
+mod block_search;
+mod candidate;
+mod descend;
+mod direct;
+mod enumeration;
+mod gram;
+mod greedy;
+mod lattice;
+mod periods;
+mod pulled;
+mod r_search;
+mod reduction;
+mod statistics;
+#[cfg(test)]
+mod tests;
+
+pub(super) use gram::Basis;
+pub(super) use periods::Periods;
+pub use statistics::RoundingStatistics;
+
+use crate::engine::parameterize::rounding::block_search::block_search;
+use crate::engine::parameterize::rounding::candidate::{Candidate, Guard};
+use crate::engine::parameterize::rounding::pulled::pulled;
+use crate::engine::parameterize::separation::Separation;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
+
+/// Values that the search by blocks visits: some hundredths of a second.
+const WORK: u64 = 1_000_000;
+
+impl Periods {
+    /// The integers for this scale, and how many separations they violate.
+    pub(super) fn round(
+        &self,
+        ctx: &RunContext,
+        scale: f64,
+        separations: &[Separation],
+    ) -> Result<(Vec<f64>, usize), Cancelled> {
+        let target: Vec<f64> = self.optimum.iter().map(|o| scale * o).collect();
+        self.nearest(ctx, &target, separations)
+    }
+
+    /// Integers near a real optimum, and how many separations they violate. Starts are greedy, in the basis of positions
+    /// and in the reduced one; the better of them (fewer violations, then less energy) is improved by blocks, so the
+    /// result is never worse than either.
+    fn nearest(
+        &self,
+        ctx: &RunContext,
+        target: &[f64],
+        separations: &[Separation],
+    ) -> Result<(Vec<f64>, usize), Cancelled> {
+        let positions = pulled(ctx, &self.gram, &self.inverse, target, separations)?;
+        let Some(lattice) = &self.lattice else {
+            let n_violated = separations.iter().filter(|s| s.is_violated(&positions)).count();
+            return Ok((positions, n_violated));
+        };
+        let basis = &lattice.basis;
+        let forms = lattice.separations(separations);
+        let guard = Guard::new(self.gram.n, &forms);
+        let target = basis.coordinates(target);
+        let near = pulled(ctx, &lattice.gram, &lattice.inverse, &target, &forms)?;
+        let starts = [basis.coordinates(&positions), near].map(|q| Candidate::new(&lattice.gram, &guard, &target, q));
+        let [a, b] = starts;
+        let is_first = (a.violated().len(), a.energy) <= (b.violated().len(), b.energy);
+        let mut best = if is_first { a } else { b };
+        block_search(ctx, &lattice.blocks, &mut best, ctx.seed(), WORK)?;
+        let n_violated = best.violated().len();
+        Ok((basis.combine(&best.q), n_violated))
+    }
+}

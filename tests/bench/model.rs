@@ -1,0 +1,36 @@
+//! What the commands read.
+
+use std::path::Path;
+
+use quadrille::engine::mesh::TriangleSoup;
+
+/// A number of the command line.
+pub(super) fn number(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("{text} is no number"))
+}
+
+/// Positions and faces of an OBJ file.
+pub(super) fn read(path: &Path) -> Result<TriangleSoup, String> {
+    let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let mut soup = TriangleSoup::default();
+    for line in String::from_utf8_lossy(&bytes).lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let mut next = || words.next().and_then(|w| w.parse().ok()).ok_or(format!("not a position: {line}"));
+                soup.positions.push([next()?, next()?, next()?].into());
+            }
+            Some("f") => {
+                for word in words {
+                    let index: i64 = word.split('/').next().and_then(|w| w.parse().ok()).unwrap_or(0);
+                    let n = soup.positions.len() as i64;
+                    let at = if index < 0 { n + index } else { index - 1 };
+                    soup.indices.push(u32::try_from(at).map_err(|_| format!("not a face: {line}"))?);
+                }
+                soup.polygon_ends.push(soup.indices.len() as u32);
+            }
+            _ => {}
+        }
+    }
+    Ok(soup)
+}
