@@ -4,8 +4,12 @@
     judge.py QUADEVAL NAME INPUT.obj QUADS.obj REPORT.json
 """
 import json
+import pathlib
 import subprocess
 import sys
+
+# Has numpy and scipy once `tests/run quadeval` has run.
+TOOLS = pathlib.Path(__file__).resolve().parent.parent / "target/tools/python/bin/python"
 
 # Interior irregular vertices that these surfaces must get; the cube's are its corners.
 IRREGULAR = {"sphere": 8, "torus": 0, "cube": 8, "rounded_box": 8}
@@ -13,7 +17,8 @@ IRREGULAR = {"sphere": 8, "torus": 0, "cube": 8, "rounded_box": 8}
 
 def evaluate(evaluator, kind, *files, options=()):
     """The evaluator's findings as a dict, or None with a reason."""
-    command = [sys.executable, evaluator, kind, *files, "--json", *options]
+    python = TOOLS if TOOLS.exists() else sys.executable
+    command = [python, evaluator, kind, *files, "--json", *options]
     run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
         return None, (run.stderr.strip().splitlines() or ["no reason given"])[-1]

@@ -154,14 +154,14 @@ fn turn_edge(faces: &mut [[u32; 3]], positions: &[DVec3], choice: u32) {
 /// A manifold surface: a sample, bent and stretched, with noise, edges turned at random and triangles cut out.
 fn surface() -> impl Strategy<Value = TriangleSoup> {
     let base = prop_oneof![
-        3 => Just(("cube", 12)),
-        3 => Just(("cube", 100)),
-        2 => Just(("cube", 300)),
-        1 => Just(("sphere", 200)),
-        1 => Just(("torus", 200)),
-        1 => Just(("rounded_box", 250)),
-        1 => Just(("half_pipe", 200)),
-        1 => Just(("noisy_blob", 200)),
+        6 => Just(("cube", 12)),
+        6 => Just(("cube", 100)),
+        3 => Just(("cube", 300)),
+        3 => Just(("sphere", 200)),
+        3 => Just(("torus", 200)),
+        2 => Just(("rounded_box", 250)),
+        3 => Just(("half_pipe", 200)),
+        2 => Just(("noisy_blob", 200)),
         1 => Just(("dumbbell", 300)),
         1 => Just(("genus2", 350)),
         1 => Just(("plate_with_holes", 250)),

@@ -1,7 +1,9 @@
-//! Measurements that are no tests: `rounding` compares ways of rounding, `settings` the settings of `optimise`.
+//! Measurements that are no tests: `rounding` compares ways of rounding, `settings` the settings of `optimise`, `curve`
+//! follows the search for branch points.
 //!
 //! ```text
 //! cargo bench -- settings [--quads 5000] [--no-features] MODEL.obj …
+//! cargo bench -- curve [--quads 5000] [--features] [--optimise balance] MODEL.obj …
 //! cargo bench -- rounding [--quads 6500] [--offsets 100] [--features] [--optimise none|relocate|balance] MODEL.obj …
 //! ```
 //!
@@ -10,7 +12,12 @@
 //! found, and with separations. The thesis has no sharp edges that must be followed: `--features` follows them, and then
 //! only energies relative to ½‖X‖² mean something, for the integers of feature lines are no translations of the cut graph.
 //! Branch points as found (`--optimise none`) come nearest to its figures.
+//!
+//! `curve`: per component, the curl energy and the number of branch points after every batch of moves that was kept,
+//! with the seconds of the search until then: its share of the factorisations, which are all alike on one mesh. The
+//! number of points jumps where the search goes on from the coarse mesh to the working mesh, and so may the energy.
 
+mod curve;
 mod model;
 mod rounding;
 mod settings;
@@ -21,7 +28,8 @@ fn main() {
     let result = match arguments.split_first() {
         Some((command, rest)) if command == "rounding" => rounding::run(rest),
         Some((command, rest)) if command == "settings" => settings::run(rest),
-        _ => Err("usage: cargo bench -- rounding|settings [options] MODEL.obj …".to_owned()),
+        Some((command, rest)) if command == "curve" => curve::run(rest),
+        _ => Err("usage: cargo bench -- rounding|settings|curve [options] MODEL.obj …".to_owned()),
     };
     if let Err(message) = result {
         eprintln!("{message}");

@@ -3,6 +3,41 @@
 use std::path::Path;
 
 use quadrille::engine::mesh::TriangleSoup;
+use quadrille::engine::pipeline::{Optimise, RemeshSpec, Target};
+
+/// What the trials of single stages are told.
+pub(super) struct Trials {
+    pub(super) spec: RemeshSpec,
+    /// Random real optima.
+    pub(super) offsets: usize,
+    pub(super) models: Vec<String>,
+}
+
+/// Reads the options of the commands that try single stages. Sharp edges are followed only with `--features`.
+pub(super) fn trials(arguments: &[String], quads: u64, optimise: Optimise) -> Result<Trials, String> {
+    let mut spec = RemeshSpec { target: Target::Quads(quads), optimise, ..RemeshSpec::default() };
+    spec.features.angle_degrees = 180.0;
+    let (mut offsets, mut models) = (100, Vec::new());
+    let mut rest = arguments.iter();
+    while let Some(argument) = rest.next() {
+        let mut value = || rest.next().ok_or(format!("{argument} wants a value"));
+        match argument.as_str() {
+            "--quads" => spec.target = Target::Quads(number(value()?)?),
+            "--offsets" => offsets = number(value()?)? as usize,
+            "--features" => spec.features.angle_degrees = RemeshSpec::default().features.angle_degrees,
+            "--optimise" => {
+                spec.optimise = match value()?.as_str() {
+                    "none" => Optimise::None,
+                    "relocate" => Optimise::Relocate,
+                    "balance" => Optimise::Balance,
+                    other => return Err(format!("no such optimisation: {other}")),
+                }
+            }
+            model => models.push(model.to_owned()),
+        }
+    }
+    Ok(Trials { spec, offsets, models })
+}
 
 /// A number of the command line.
 pub(super) fn number(text: &str) -> Result<u64, String> {

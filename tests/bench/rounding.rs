@@ -3,34 +3,14 @@
 use std::path::Path;
 use std::time::Instant;
 
-use quadrille::engine::pipeline::{Optimise, RemeshSpec, RoundingTrial, Target, rounding_trials};
+use quadrille::engine::pipeline::{Optimise, RoundingTrial, rounding_trials};
 use quadrille::engine::run::RunContext;
 
-use crate::model::{number, read};
+use crate::model::{Trials, read, trials};
 
 /// Runs the command.
 pub(super) fn run(arguments: &[String]) -> Result<(), String> {
-    let mut spec = RemeshSpec { target: Target::Quads(6500), ..RemeshSpec::default() };
-    spec.features.angle_degrees = 180.0;
-    let (mut offsets, mut models) = (100, Vec::new());
-    let mut rest = arguments.iter();
-    while let Some(argument) = rest.next() {
-        let mut value = || rest.next().ok_or(format!("{argument} wants a value"));
-        match argument.as_str() {
-            "--quads" => spec.target = Target::Quads(number(value()?)?),
-            "--offsets" => offsets = number(value()?)? as usize,
-            "--features" => spec.features.angle_degrees = RemeshSpec::default().features.angle_degrees,
-            "--optimise" => {
-                spec.optimise = match value()?.as_str() {
-                    "none" => Optimise::None,
-                    "relocate" => Optimise::Relocate,
-                    "balance" => Optimise::Balance,
-                    other => return Err(format!("no such optimisation: {other}")),
-                }
-            }
-            model => models.push(model),
-        }
-    }
+    let Trials { spec, offsets, models } = trials(arguments, 6500, Optimise::Balance)?;
     println!(
         "{:20} {:>4} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} | {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6}",
         "model",
@@ -51,9 +31,9 @@ pub(super) fn run(arguments: &[String]) -> Result<(), String> {
     );
     for model in models {
         let start = Instant::now();
-        let soup = read(Path::new(model))?;
+        let soup = read(Path::new(&model))?;
         let trials = rounding_trials(&RunContext::silent(), &soup, &spec, offsets).map_err(|e| e.to_string())?;
-        let name = Path::new(model).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = Path::new(&model).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         for trial in trials.iter().filter(|t| t.statistics.n_integers > 0) {
             println!("{}", line(&name, trial, start.elapsed().as_secs_f64()));
         }

@@ -11,7 +11,7 @@ mod strokes;
 mod transfer;
 mod turning;
 
-pub use branch::{BranchOptions, BranchSearch, curl_energy};
+pub use branch::{BranchOptions, BranchSearch, SearchStep, curl_energy};
 pub use cross_field::{CrossField, FieldError};
 pub use curvature::{Guidance, curvature_guidance};
 pub use frames::Frames;

@@ -92,9 +92,14 @@ impl Curl {
         self.edge[h] as usize
     }
 
+    /// `i^m` across the owner of every interior edge.
+    pub(super) fn turns(&self, field: &CrossField) -> Vec<c64> {
+        self.owner.iter().map(|&h| power(field.matching.across(h))).collect()
+    }
+
     /// Factor of the value of ψ on the side of halfedge `h`, relative to the side of the edge's owner.
-    fn side(&self, mesh: &TriMesh, field: &CrossField, h: usize) -> c64 {
-        if mesh.is_edge_owner(h) { power(0) } else { power(field.matching.across(h)) }
+    fn side(&self, mesh: &TriMesh, turns: &[c64], h: usize) -> c64 {
+        if mesh.is_edge_owner(h) { power(0) } else { turns[self.edge[h] as usize].conj() }
     }
 
     /// The field along an edge as seen from its two faces, in their own charts.
@@ -116,6 +121,18 @@ impl Curl {
         field: &CrossField,
         last: Option<&Cholesky<c64>>,
     ) -> Result<CurlEnergy, FieldError> {
+        self.energy_with(mesh, frames, field, &self.turns(field), last)
+    }
+
+    /// The same with other turns across the edges, which may be any numbers of absolute value 1.
+    pub(super) fn energy_with(
+        &self,
+        mesh: &TriMesh,
+        frames: &Frames,
+        field: &CrossField,
+        turns: &[c64],
+        last: Option<&Cholesky<c64>>,
+    ) -> Result<CurlEnergy, FieldError> {
         let n = self.owner.len();
         let mut entries: Vec<(u32, u32, c64)> = Vec::with_capacity(6 * mesh.n_faces() + n);
         for f in 0..mesh.n_faces() {
@@ -125,7 +142,7 @@ impl Curl {
                     if a == NONE || b == NONE || a < b || a == b && i != j {
                         continue;
                     }
-                    let (g, k) = (self.side(mesh, field, 3 * f + i), self.side(mesh, field, 3 * f + j));
+                    let (g, k) = (self.side(mesh, turns, 3 * f + i), self.side(mesh, turns, 3 * f + j));
                     entries.push((a, b, g.conj() * k * self.stiffness[f][slot(i, j)]));
                 }
             }
@@ -140,7 +157,7 @@ impl Curl {
         let curl: Vec<c64> = (0..n)
             .map(|e| {
                 let (s, t) = self.along(mesh, frames, field, e);
-                s - power(field.matching.across(self.owner[e])) * t
+                s - turns[e] * t
             })
             .collect();
         let mut psi = curl.clone();
@@ -160,20 +177,20 @@ impl Curl {
         energy: &CurlEnergy,
         turning: &Turning,
     ) -> Vec<f64> {
-        let i = power(1);
+        let (i, turns) = (power(1), self.turns(field));
         let mut by_angle = vec![0.0; mesh.n_faces()];
         let mut derivative = Vec::with_capacity(self.owner.len());
         for (e, &h) in self.owner.iter().enumerate() {
             let t = mesh.twin(h).unwrap_or(h);
             let (at_s, at_t) = self.along(mesh, frames, field, e);
-            let turned = power(field.matching.across(h)) * at_t;
+            let turned = turns[e] * at_t;
             let psi = energy.psi[e];
             by_angle[h / 3] += 2.0 * (psi.conj() * (i * -1.0) * at_s).re;
             by_angle[t / 3] += 2.0 * (psi.conj() * i * turned).re;
             // ψ on the side of t, and what L gives there.
             let value = |h: usize| match self.edge[h] {
                 NONE => c64::new(0.0, 0.0),
-                e => self.side(mesh, field, h) * energy.psi[e as usize],
+                e => self.side(mesh, &turns, h) * energy.psi[e as usize],
             };
             let (f, k) = (t / 3, t % 3);
             let pull = (0..3).fold(c64::new(0.0, 0.0), |sum, j| sum + value(3 * f + j) * self.stiffness[f][slot(k, j)]);

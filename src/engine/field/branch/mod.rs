@@ -14,5 +14,5 @@ mod search;
 mod tests;
 
 pub use curl::curl_energy;
-pub use search::{BranchOptions, BranchSearch};
+pub use search::{BranchOptions, BranchSearch, SearchStep};
 pub(super) use search::{Effort, Surroundings, search_branch_points};

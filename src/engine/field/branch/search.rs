@@ -26,7 +26,7 @@ pub(in crate::engine::field) enum Effort {
 }
 
 /// What the search did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct BranchSearch {
     /// Curl energy relative to `‖X‖²` before and after.
     pub energy: [f64; 2],
@@ -36,6 +36,19 @@ pub struct BranchSearch {
     pub evaluations: usize,
     /// Batches kept.
     pub accepted: usize,
+    /// The way down: the start and every batch kept.
+    pub curve: Vec<SearchStep>,
+}
+
+/// One state of the search.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SearchStep {
+    /// Factorisations until here.
+    pub evaluations: usize,
+    /// Curl energy relative to `‖X‖²`.
+    pub energy: f64,
+    /// Branch points.
+    pub points: usize,
 }
 
 /// Faces times factorisations that one search may cost: about six seconds.
@@ -95,11 +108,13 @@ pub(in crate::engine::field) fn search_branch_points(
     let rest = field.angle.clone();
     around.turning.relax(mesh, around.frames, field, &rest);
     let energy = curl.energy(mesh, around.frames, field, None)?;
+    let begun = SearchStep { evaluations: 1, energy: energy.value, points: field.singularities().len() };
     let mut done = BranchSearch {
-        energy: [energy.value; 2],
-        points: [field.singularities().len(); 2],
+        energy: [begun.energy; 2],
+        points: [begun.points; 2],
         evaluations: 1,
         accepted: 0,
+        curve: vec![begun],
     };
     let create = options.create && is_full;
     let first = if create { (MOVING_SHARE * limit as f64) as usize } else { limit };
@@ -153,6 +168,8 @@ impl Search<'_> {
             if cost - last < 0.05 * predicted {
                 history.push(cost);
                 (*self.field, self.energy) = (tried, next);
+                let (evaluations, points) = (self.done.evaluations, self.field.singularities().len());
+                self.done.curve.push(SearchStep { evaluations, energy: self.energy.value, points });
                 self.done.accepted += 1;
                 failures = 0;
                 batch = (2 * batch).min(MAX_BATCH);

@@ -51,6 +51,35 @@ fn the_derivative_finds_the_better_turn() {
 }
 
 #[test]
+fn the_derivative_is_the_difference_quotient() {
+    let (surface, frames, mut field, _, _) = field_on("ellipsoid", 600);
+    let (mesh, curl, turning) = (&surface.mesh, Curl::new(&surface.mesh, &frames), free_turning(&surface));
+    let rest = field.angle.clone();
+    turning.relax(mesh, &frames, &mut field, &rest);
+    let energy = curl.energy(mesh, &frames, &field, None).unwrap();
+    let derivative = curl.derivative(mesh, &frames, &field, &energy, &turning);
+    let largest = derivative.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+    let turns = curl.turns(&field);
+    for e in (0..derivative.len()).step_by(37) {
+        // The crosses depend linearly on the matching: a part of a quarter turns them by a part of what a quarter does.
+        let mut turned = field.clone();
+        turned.matching.turn(mesh, curl.owner[e], 1);
+        turning.relax(mesh, &frames, &mut turned, &rest);
+        let at = |quarters: f64| {
+            let mut between = field.clone();
+            let parts = between.angle.iter_mut().zip(&turned.angle);
+            parts.for_each(|(angle, end)| *angle += quarters * (end - *angle));
+            let mut turns = turns.clone();
+            let turn = quarters * std::f64::consts::FRAC_PI_2;
+            turns[e] *= faer::c64::new(turn.cos(), turn.sin());
+            curl.energy_with(mesh, &frames, &between, &turns, None).unwrap().value
+        };
+        let quotient = (at(1e-4) - at(-1e-4)) / 2e-4;
+        assert!((quotient - derivative[e]).abs() < 1e-5 * largest, "edge {e}: {quotient} {}", derivative[e]);
+    }
+}
+
+#[test]
 fn the_curl_energy_does_not_change_with_charts() {
     let (surface, frames, field, _, _) = field_on("genus2", 1200);
     let mesh = &surface.mesh;

@@ -159,8 +159,10 @@ fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> R
 }
 
 /// What roundings of the map's integers cost, and what was predicted, at the density of the edge length.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RoundingTrial {
+    /// The search for branch points before.
+    pub branch_search: BranchSearch,
     /// Over random real optima.
     pub statistics: RoundingStatistics,
     /// Energy that the integers of the map itself add without separations, relative to ½‖X‖².
@@ -181,12 +183,13 @@ pub fn rounding_trial(
     options: &QuadCoverOptions,
     offsets: usize,
 ) -> Result<RoundingTrial, QuadCoverError> {
-    let Prepared { system, .. } = prepare(ctx, working, options)?;
+    let Prepared { system, branch_search, .. } = prepare(ctx, working, options)?;
     let scale = 1.0 / options.edge_length;
     ctx.stage(Stage::Round, || {
         let rounded = system.round(ctx, &working.mesh, scale)?;
         let statistics = system.rounding_statistics(ctx, scale, offsets)?;
         Ok(RoundingTrial {
+            branch_search,
             statistics,
             found: system.rounding_energy(ctx, scale)?,
             separated: rounded.rounding_energy,

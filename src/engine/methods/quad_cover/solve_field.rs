@@ -48,6 +48,8 @@ pub(super) fn solve_field(
     if let Some(before) = before {
         search.energy[0] = before.energy[0];
         search.points[0] = before.points[0];
+        search.curve.iter_mut().for_each(|step| step.evaluations += before.evaluations);
+        search.curve.splice(0..0, before.curve);
         search.evaluations += before.evaluations;
         search.accepted += before.accepted;
     }

@@ -65,6 +65,11 @@ impl Block {
                     (bound, best) = (energy, Some(steps));
                     break;
                 }
+                // Between separations that hold each other many values may be near enough and none allowed.
+                *work = work.saturating_sub(1 + steps.len() as u64);
+                if *work == 0 {
+                    break;
+                }
                 next(&mut x[0], &mut stride[0]);
                 energy = above[1] + (r[0] * (x[0] - centre[0])).powi(2);
             }

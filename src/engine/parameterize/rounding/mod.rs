@@ -46,8 +46,9 @@ use crate::engine::parameterize::separation::Separation;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
-/// Values that the search by blocks visits: some hundredths of a second.
-const WORK: u64 = 1_000_000;
+/// Values that the search by blocks visits, per integer and at most: some hundredths of a second.
+const WORK_PER_INTEGER: u64 = 5_000;
+const MAX_WORK: u64 = 1_000_000;
 
 impl Periods {
     /// The integers for this scale, and how many separations they violate.
@@ -84,7 +85,8 @@ impl Periods {
         let [a, b] = starts;
         let is_first = (a.violated().len(), a.energy) <= (b.violated().len(), b.energy);
         let mut best = if is_first { a } else { b };
-        block_search(ctx, &lattice.blocks, &mut best, ctx.seed(), WORK)?;
+        let work = MAX_WORK.min(WORK_PER_INTEGER * best.q.len() as u64);
+        block_search(ctx, &lattice.blocks, &mut best, ctx.seed(), work)?;
         let n_violated = best.violated().len();
         Ok((basis.combine(&best.q), n_violated))
     }
