@@ -41,8 +41,10 @@ const NORMALISED_SOLVES: usize = 3;
 /// without bending far around.
 const PAIR_DISTANCE: f64 = 1.5;
 
-/// The same for those that a search has brought to where they are.
-const KEPT_PAIR_DISTANCE: f64 = 0.6;
+/// The same for those that a search has brought to where they are, on the mesh that it ended on and on the next.
+/// The search does not know that the grid will hold them one quad apart.
+const SEARCHED_PAIR_DISTANCE: f64 = 1.3;
+const CARRIED_PAIR_DISTANCE: f64 = 1.0;
 /// Crosses of another mesh are smoothed over about this many quad edges.
 const START_REACH: f64 = 0.15;
 
@@ -73,7 +75,7 @@ pub fn smooth_cross_field(
     let mut field = CrossField::from_angles(mesh, frames, angle);
     let mended = mend_sectors(mesh, frames, &mut field, is_feature);
     field.update_indices(mesh, frames);
-    let pair_distance = if options.start.is_some() { KEPT_PAIR_DISTANCE } else { PAIR_DISTANCE };
+    let pair_distance = if options.start.is_some() { CARRIED_PAIR_DISTANCE } else { PAIR_DISTANCE };
     let cancelled = cancel_pairs(mesh, frames, &mut field, is_feature, pair_distance * options.edge_length);
     let mut found = BranchSearch::default();
     if cancelled + mended > 0 || options.branch_points.is_some() {
@@ -85,6 +87,11 @@ pub fn smooth_cross_field(
             let around = Surroundings { mesh, frames, is_feature, turning: &turning, edge_length: options.edge_length };
             let effort = if options.start.is_some() { Effort::Touch } else { Effort::Full };
             found = search_branch_points(ctx, &around, &mut field, branch_points, effort)?;
+            let near = SEARCHED_PAIR_DISTANCE * options.edge_length;
+            if cancel_pairs(mesh, frames, &mut field, is_feature, near) > 0 {
+                turning.relax(mesh, frames, &mut field, &rest);
+                found.go_on(search_branch_points(ctx, &around, &mut field, branch_points, Effort::Touch)?);
+            }
         }
     }
     Ok((field, found))

@@ -40,6 +40,24 @@ pub struct BranchSearch {
     pub curve: Vec<SearchStep>,
 }
 
+impl BranchSearch {
+    /// Adds what another search did with the result of this one.
+    pub fn go_on(&mut self, mut next: Self) {
+        if self.evaluations == 0 {
+            *self = next;
+            return;
+        }
+        if next.evaluations == 0 {
+            return;
+        }
+        next.curve.iter_mut().for_each(|step| step.evaluations += self.evaluations);
+        self.curve.append(&mut next.curve);
+        (self.energy[1], self.points[1]) = (next.energy[1], next.points[1]);
+        self.evaluations += next.evaluations;
+        self.accepted += next.accepted;
+    }
+}
+
 /// One state of the search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SearchStep {

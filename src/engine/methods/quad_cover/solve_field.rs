@@ -43,16 +43,9 @@ pub(super) fn solve_field(
         Some(_) => coarse_start(ctx, working, frames, options)?,
         None => None,
     };
-    let (start, before) = coarse.map_or((None, None), |(start, search)| (Some(start), Some(search)));
-    let (field, mut search) = on_mesh(ctx, working, frames, strokes, start, options)?;
-    if let Some(before) = before {
-        search.energy[0] = before.energy[0];
-        search.points[0] = before.points[0];
-        search.curve.iter_mut().for_each(|step| step.evaluations += before.evaluations);
-        search.curve.splice(0..0, before.curve);
-        search.evaluations += before.evaluations;
-        search.accepted += before.accepted;
-    }
+    let (start, mut search) = coarse.map_or((None, BranchSearch::default()), |(start, search)| (Some(start), search));
+    let (field, after) = on_mesh(ctx, working, frames, strokes, start, options)?;
+    search.go_on(after);
     Ok((field, search))
 }
 
