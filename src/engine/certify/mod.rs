@@ -29,4 +29,5 @@ mod tests;
 pub use certificate::{Certificate, certify};
 pub use check::{Check, Violation};
 pub use report::QuadReport;
+pub use shape::scaled_jacobian;
 pub use topology::{ComponentTopology, QuadTopology, measure_topology};

@@ -72,6 +72,11 @@ pub(super) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }
 
+/// The least scaled Jacobian of the corners of a quad, −1 to 1.
+pub fn scaled_jacobian(corners: [DVec3; 4]) -> f64 {
+    quad_shape(corners).1
+}
+
 fn relative_deviation(values: &[f64]) -> f64 {
     let mean = mean(values);
     if mean <= 0.0 {

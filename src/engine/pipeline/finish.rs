@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::engine::certify::{Certificate, Check, certify};
+use crate::engine::certify::{Certificate, Check, certify, scaled_jacobian};
 use crate::engine::fallback::split_draft;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::component::Component;
@@ -32,6 +32,8 @@ const FARTHEST_ROUNDED: f64 = 60.0;
 /// Quads whose least scaled Jacobian is not above this have corners to be mended: what another evaluator sees must be
 /// well above 0.
 const STRAIGHT: f64 = 0.01;
+/// How often single quads are mended, each time leaving alone what was refused before.
+const TRIES: usize = 3;
 /// How often quads are split: what had no room at first may have some among the parts of others.
 const SPLITTINGS: usize = 3;
 /// Most triangles of a component whose quads are rounded: it may cost a huge scan more rungs than it has time for.
@@ -55,6 +57,8 @@ pub(super) struct Finished {
     pub(super) away: f64,
     /// The smallest scaled Jacobian of a corner.
     least_corner: f64,
+    /// Where quads have straight or reflex corners that could not be mended, in model units.
+    pub(super) reflex: Vec<DVec3>,
     /// Why it must not be delivered.
     pub(super) refusal: Option<Refusal>,
 }
@@ -86,7 +90,19 @@ pub(super) fn finish(
     }
     // From here on there is something to deliver, whatever the deadline says.
     let finished = or_deadline(finished, |good| work.better(draft, improve, good))?;
-    or_deadline(finished, |good| work.straightened(good))
+    let mut finished = or_deadline(finished, |good| work.straightened(good))?;
+    finished.reflex = reflex_quads(&finished);
+    Ok(finished)
+}
+
+/// Centres of the quads with a corner that an evaluator may see as reflex.
+fn reflex_quads(finished: &Finished) -> Vec<DVec3> {
+    if finished.least_corner > 0.0 {
+        return Vec::new();
+    }
+    let mesh = &finished.draft.mesh;
+    let corners = mesh.quads.iter().map(|quad| quad.map(|v| mesh.positions[v as usize]));
+    corners.filter(|p| scaled_jacobian(*p) <= 0.0).map(|p| p.iter().sum::<DVec3>() / 4.0).collect()
 }
 
 /// What is better than something good, or that itself if there is nothing better or the deadline passes.
@@ -157,10 +173,22 @@ impl Work<'_> {
             return Ok(None);
         }
         let is_better = |m: &Finished| m.refusal.is_none() && m.away <= good.away.max(FAR);
-        let mended =
-            ctx.stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, Bad::Reflex))?;
-        let mended = mended.map(|draft| self.judged(draft)).transpose()?.filter(is_better);
-        let mut best = mended;
+        let mut leave = Vec::new();
+        let mut best = None;
+        for _ in 0..TRIES {
+            let mended = ctx.stage(Stage::Optimise, || {
+                repair_quads(ctx, &component.surface, index, &good.draft, Bad::Reflex, &leave)
+            })?;
+            let Some(mended) = mended.map(|draft| self.judged(draft)).transpose()? else { break };
+            match &mended.refusal {
+                // Somewhere it did harm; elsewhere it may be of use.
+                Some(refusal) if !refusal.places.is_empty() => leave.extend_from_slice(&refusal.places),
+                _ => {
+                    best = Some(mended).filter(is_better);
+                    break;
+                }
+            }
+        }
         for _ in 0..SPLITTINGS {
             let at_hand = best.as_ref().unwrap_or(good);
             if at_hand.least_corner > STRAIGHT {
@@ -206,7 +234,7 @@ impl Work<'_> {
             return Ok(finished);
         }
         let mended = ctx.stage(Stage::Optimise, || {
-            repair_quads(ctx, &component.surface, index, &finished.draft, Bad::TurnedOver)
+            repair_quads(ctx, &component.surface, index, &finished.draft, Bad::TurnedOver, &[])
         })?;
         let mended = mended.map(|draft| self.judged(draft)).transpose()?;
         Ok(mended.filter(|mended| mended.refusal.is_none()).unwrap_or(finished))
@@ -224,9 +252,10 @@ impl Work<'_> {
         let held = reached.mesh.positions.iter().enumerate().map(|(v, p)| before.get(v) != Some(p)).collect();
         let relaxed = self.relaxed(reached.clone(), held)?;
         let relaxed = self.mend(reach_out(&relaxed)?.unwrap_or(relaxed))?;
-        let reached = self.judged(reached)?;
-        let is_as_near = relaxed.refusal.is_none() && relaxed.away <= (NEARLY * reached.away).max(FAR_ENOUGH);
-        Ok(Some(if is_as_near { relaxed } else { reached }).filter(|reached| reached.refusal.is_none()))
+        let reached = self.mend(reached)?;
+        let is_as_near = reached.refusal.is_some() || relaxed.away <= (NEARLY * reached.away).max(FAR_ENOUGH);
+        Ok(Some(if is_as_near && relaxed.refusal.is_none() { relaxed } else { reached })
+            .filter(|reached| reached.refusal.is_none()))
     }
 
     /// Rounds the quads to what a file of single precision will hold, and judges them: all formats then hold the same.
@@ -254,7 +283,13 @@ impl Work<'_> {
                 places: Vec::new(),
             }),
         };
-        Ok(Finished { draft, away, least_corner: certificate.measures.scaled_jacobian_min, refusal })
+        Ok(Finished {
+            draft,
+            away,
+            least_corner: certificate.measures.scaled_jacobian_min,
+            reflex: Vec::new(),
+            refusal,
+        })
     }
 
     fn places(&self, certificate: &Certificate, draft: &QuadDraft) -> Vec<DVec3> {

@@ -96,7 +96,7 @@ fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 15] {
 struct Climb<'a> {
     whole: &'a Component,
     index: SurfaceIndex,
-    /// Places where quads of the map failed.
+    /// Places where quads of the map failed, or have reflex corners.
     places: Vec<DVec3>,
     map: Option<(Working, QuadCoverMap)>,
     no_second_field: bool,
@@ -137,8 +137,8 @@ pub(super) fn solve(
 
 /// Certified quads that leave something to be wished for.
 struct Good {
-    /// Their Hausdorff distance in quad edges.
-    away: f64,
+    /// Whether some have a straight or reflex corner, and their Hausdorff distance in quad edges.
+    rank: (bool, f64),
     solved: Solved,
 }
 
@@ -223,17 +223,27 @@ fn climb(
                     climb.whole.quads
                 ));
             }
-            let kept_features = (!keeps_all).then_some(component.surface.features);
+            let kept_features = (!keeps_all).then(|| component.surface.features.clone());
             let is_map = map.is_some();
             let map = map.or_else(|| climb.map.take());
             let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
+            let rank = (!finished.reflex.is_empty(), finished.away);
+            let solved = match good.take() {
+                Some(good) if good.rank <= rank => good,
+                _ => Good { rank, solved },
+            };
             // After failures the climb has taken long enough.
-            if !is_map || finished.away <= LOST_A_PART || !climb.warnings.is_empty() {
-                return Ok(Ok(solved));
+            let failures = climb.warnings.len();
+            let is_lost = solved.rank.1 > LOST_A_PART && failures == 0;
+            let is_small = component.surface.mesh.n_faces() < MOST_FACES_FINER;
+            let is_reflex = solved.rank.0 && failures < 2 && is_small;
+            if !(is_map && (is_lost || is_reflex)) {
+                return Ok(Ok(solved.solved));
             }
-            if good.as_ref().is_none_or(|good| finished.away < good.away) {
-                *good = Some(Good { away: finished.away, solved });
-            }
+            // Reflex corners come from features below the size of the quads, not from the field.
+            climb.no_second_field |= !is_lost;
+            climb.places.extend(finished.reflex);
+            *good = Some(solved);
             continue;
         };
         climb.warnings.push(format!("quads of level {level:?} were not certified: {}", refusal.cause));

@@ -10,6 +10,7 @@ use crate::engine::mesh::closest_on_triangle;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::net::QuadNet;
+use crate::engine::quad::improve::repair::is_turned_over;
 use crate::engine::quad::improve::shaping::Shaping;
 use crate::engine::quad::optimise::Sheet;
 use crate::engine::quad::optimise::area_vector;
@@ -62,7 +63,7 @@ pub fn reach_out(
         let mut taken = vec![false; mesh.quads.len()];
         for far in far_points(ctx, surface, &mesh, FAR * edge_length)? {
             let least = if far.distance > VERY_FAR * edge_length { LEAST_VERY_FAR } else { LEAST };
-            again |= pull(&net, &mut shaping, &far, least, &mut taken);
+            again |= pull(index, &net, &mut shaping, &far, least, &mut taken);
         }
         pulled |= again;
         if !again {
@@ -108,7 +109,14 @@ fn far_points(ctx: &RunContext, surface: &Surface, quads: &QuadMesh, least: f64)
 
 /// Pulls the best free vertex of the quad nearest to a far point; tells whether it did. Quads at a pulled vertex are
 /// taken for this round.
-fn pull(net: &QuadNet, shaping: &mut Shaping<'_>, far: &Far, least: f64, taken: &mut [bool]) -> bool {
+fn pull(
+    index: &SurfaceIndex,
+    net: &QuadNet,
+    shaping: &mut Shaping<'_>,
+    far: &Far,
+    least: f64,
+    taken: &mut [bool],
+) -> bool {
     let mut free: Vec<u32> =
         net.quads[far.quad as usize].iter().copied().filter(|&v| net.is_free(v) && net.fan(v).is_some()).collect();
     free.retain(|&v| net.at[v as usize].iter().all(|&q| !taken[q as usize]));
@@ -119,13 +127,17 @@ fn pull(net: &QuadNet, shaping: &mut Shaping<'_>, far: &Far, least: f64, taken: 
     for v in free {
         let vertex = [v];
         let before = least_qualities(net, shaping, v);
+        let turned_before = turned_over(index, net, shaping, v);
         let old = shaping.places(&vertex);
         for part in PULLS {
             shaping.positions[v as usize] = old[0].0.lerp(far.point, part);
             shaping.draw(&vertex);
             let now = least_qualities(net, shaping, v);
             let is_decent = (0..2).all(|k| now[k] >= before[k].min(least));
-            if is_decent && distance(net, shaping, v, far.point) <= GAIN * far.distance {
+            if is_decent
+                && distance(net, shaping, v, far.point) <= GAIN * far.distance
+                && turned_over(index, net, shaping, v) <= turned_before
+            {
                 net.at[v as usize].iter().for_each(|&q| taken[q as usize] = true);
                 return true;
             }
@@ -144,6 +156,13 @@ fn least_qualities(net: &QuadNet, shaping: &Shaping<'_>, v: u32) -> [f64; 2] {
     let slots = &net.at[v as usize];
     let least = |of: &dyn Fn(&u32) -> f64| slots.iter().map(of).fold(f64::INFINITY, f64::min);
     [least(&own), least(&|&slot| shaping.quality(net, slot))]
+}
+
+/// Quads at a vertex that the certificate would not let pass.
+fn turned_over(index: &SurfaceIndex, net: &QuadNet, shaping: &Shaping<'_>, v: u32) -> usize {
+    let is_over =
+        |&&slot: &&u32| is_turned_over(index, &net.quads[slot as usize].map(|w| shaping.positions[w as usize]));
+    net.at[v as usize].iter().filter(is_over).count()
 }
 
 /// Distance from a point to the quads at a vertex.

@@ -15,11 +15,14 @@ use crate::engine::quad::optimise::mean_edge;
 use crate::engine::quad::optimise::quality;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// A draft with more bad quads than this part of all (or than `FEW`) is bad as a whole.
 const MOST: f64 = 0.06;
 const FEW: usize = 20;
+/// Mean edges around a place that is to be left as it is.
+const LEFT: f64 = 3.0;
 /// Rounds over the bad quads.
 const ROUNDS: usize = 6;
 
@@ -39,6 +42,8 @@ pub(super) const STRAIGHT: f64 = 0.02;
 /// surface or off it, and where that is not enough an edge is turned or a diagonal shrunk. Everything that is not near
 /// a bad quad stays as it is, bit for bit, and so do topology, feature edges, boundary and anchored vertices.
 ///
+/// Quads near `leave` are left as they are: an earlier try did harm there.
+///
 /// Returns `None` if there is nothing to mend, if too much is bad, or if nothing could be mended; a draft with fewer
 /// bad quads otherwise. `index` is the one of `surface.mesh`.
 ///
@@ -50,12 +55,18 @@ pub fn repair_quads(
     index: &SurfaceIndex,
     draft: &QuadDraft,
     which: Bad,
+    leave: &[DVec3],
 ) -> Result<Option<QuadDraft>, Cancelled> {
     let mean = mean_edge(draft);
     if !(is_sound(surface, draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(None);
     }
-    let bad = bad_quads(ctx, index, draft, which)?;
+    let mut bad = bad_quads(ctx, index, draft, which)?;
+    bad.retain(|&q| {
+        let centre =
+            draft.mesh.quads[q as usize].iter().map(|&v| draft.mesh.positions[v as usize]).sum::<DVec3>() / 4.0;
+        leave.iter().all(|place| place.distance(centre) > LEFT * mean)
+    });
     if bad.is_empty() || bad.len() > FEW.max((MOST * draft.mesh.quads.len() as f64) as usize) {
         return Ok(None);
     }
@@ -103,17 +114,17 @@ fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft, which: B
 
 /// Whether a quad has no area, or turns its back both to the normals beneath its corners and to the one beneath its
 /// middle.
-pub(super) fn is_turned_over(index: &SurfaceIndex, p: &[glam::DVec3; 4]) -> bool {
+pub(super) fn is_turned_over(index: &SurfaceIndex, p: &[DVec3; 4]) -> bool {
     let area = area_vector(p);
     if area.length() <= 1e-9 * p[0].distance_squared(p[2]).max(p[1].distance_squared(p[3])) {
         return true;
     }
-    let around: glam::DVec3 = p.iter().map(|&c| index.smooth_normal(&index.closest(c))).sum();
-    area.dot(around) <= 0.0 && area.dot(index.normal(index.closest(p.iter().sum::<glam::DVec3>() / 4.0).face)) <= 0.0
+    let around: DVec3 = p.iter().map(|&c| index.smooth_normal(&index.closest(c))).sum();
+    area.dot(around) <= 0.0 && area.dot(index.normal(index.closest(p.iter().sum::<DVec3>() / 4.0).face)) <= 0.0
 }
 
 impl Bad {
-    fn has(self, index: &SurfaceIndex, p: &[glam::DVec3; 4]) -> bool {
+    fn has(self, index: &SurfaceIndex, p: &[DVec3; 4]) -> bool {
         let is_reflex = || quality(p, area_vector(p).normalize_or_zero()) < STRAIGHT;
         self == Self::Reflex && is_reflex() || is_turned_over(index, p)
     }
@@ -130,7 +141,7 @@ struct Repair<'a> {
 type Score = (usize, f64);
 
 impl Repair<'_> {
-    fn corners(&self, slot: u32) -> [glam::DVec3; 4] {
+    fn corners(&self, slot: u32) -> [DVec3; 4] {
         self.net.quads[slot as usize].map(|v| self.shaping.positions[v as usize])
     }
 

@@ -196,7 +196,7 @@ fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
     let index = SurfaceIndex::new(&surface.mesh);
     let ctx = RunContext::silent();
     let good = split(&surface);
-    assert_eq!(repair_quads(&ctx, &surface, &index, &good, Bad::Reflex).unwrap(), None);
+    assert_eq!(repair_quads(&ctx, &surface, &index, &good, Bad::Reflex, &[]).unwrap(), None);
     let mut folded = good.clone();
     let centre = folded.mesh.quads[600][2] as usize;
     let away = folded.mesh.quads[600][0] as usize;
@@ -209,14 +209,14 @@ fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
         d.mesh.quads.iter().all(out)
     };
     assert!(outward(&good) && !outward(&folded));
-    let mended = repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver).unwrap().unwrap();
+    let mended = repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver, &[]).unwrap().unwrap();
     assert!(outward(&mended));
     assert_eq!(topology(&mended.mesh), topology(&good.mesh));
     let far = |p: &DVec3| p.distance(folded.mesh.positions[away]) > 0.6;
     let kept: Vec<DVec3> = mended.mesh.positions.iter().copied().filter(far).collect();
     assert_eq!(kept, good.mesh.positions.iter().copied().filter(far).collect::<Vec<_>>());
     ctx.stop(StopReason::Client);
-    assert!(repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver).is_err());
+    assert!(repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver, &[]).is_err());
 }
 
 #[test]
