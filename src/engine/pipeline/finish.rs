@@ -22,7 +22,7 @@ const FARTHEST: f64 = 4.0;
 const FAR: f64 = 1.5;
 
 /// Nearer than this to the surface quads need not come,
-const FAR_ENOUGH: f64 = 0.6;
+const FAR_ENOUGH: f64 = 0.55;
 /// nor, for the sake of their shape, nearer than this times what can be reached.
 const NEARLY: f64 = 1.15;
 

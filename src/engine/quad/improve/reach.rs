@@ -21,7 +21,7 @@ use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
 /// Points of the surface farther from the quads than this part of a quad edge are reached for.
-const FAR: f64 = 0.5;
+const FAR: f64 = 0.45;
 /// Rounds of pulling; every round pulls vertices that do not share a quad.
 const ROUNDS: usize = 12;
 /// Least scaled Jacobian that a pull may leave, unless it was worse before.
