@@ -12,7 +12,7 @@ use crate::engine::run::RunContext;
 #[derive(Clone, Debug)]
 pub struct BranchOptions {
     /// Whether pairs of branch points are created where they save more curl than they cost in rounding, and cancelled
-    /// where they do not. Otherwise they only move, and their number never grows.
+    /// where they do not. Otherwise they only move, and their number never grows. None are created where there are none.
     pub create: bool,
 }
 
@@ -134,7 +134,8 @@ pub(in crate::engine::field) fn search_branch_points(
         accepted: 0,
         curve: vec![begun],
     };
-    let create = options.create && is_full;
+    // A surface that can do without any branch point keeps its perfect grid: evener squares are not worth its loss.
+    let create = options.create && is_full && begun.points > 0;
     let first = if create { (MOVING_SHARE * limit as f64) as usize } else { limit };
     let mut search = Search { ctx, around, field, energy, rest, done: &mut done, limit: first };
     let start = if is_full { (MAX_BATCH, LONGEST_STRIDE) } else { (MAX_BATCH, 1) };
