@@ -31,8 +31,12 @@ pub(super) fn mend_sectors(mesh: &TriMesh, frames: &Frames, field: &mut CrossFie
             let h = fan[(first + k) % fan.len()];
             sector.push(h);
             // The sector ends where the edge behind this face's corner is a feature or the boundary.
-            if is_feature[prev(h)] {
+            let is_between = is_feature[sector[0]] && is_feature[prev(h)];
+            if is_between {
                 mended += usize::from(mend_sector(mesh, frames, field, &sector, &on_feature));
+            }
+            // The boundary need not be followed: then nothing is known of the sectors at it.
+            if is_between || mesh.is_boundary(prev(h)) {
                 sector.clear();
             }
         }

@@ -15,10 +15,10 @@ use crate::engine::pipeline::component::Component;
 use crate::engine::pipeline::finish::{Improve, finish, last_resort};
 use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::road::Road;
-use crate::engine::pipeline::spec::{Align, Optimise, RemeshSpec};
+use crate::engine::pipeline::spec::{Align, Boundary, Optimise, RemeshSpec};
 use crate::engine::pipeline::working::{Working, renumber_corners, working_surface};
 use crate::engine::quad::QuadDraft;
-use crate::engine::quad::extract::{ExtractError, extract_quads};
+use crate::engine::quad::extract::{ExtractError, extract_inner_quads, extract_quads};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
@@ -55,6 +55,8 @@ const MOST_FACES_SEARCHED: usize = 500_000;
 enum Rung {
     /// Field and map, with this smoothing of the field.
     Map(f64),
+    /// As `Map`, of a grid that the boundary cuts at any angle.
+    Open(f64),
     /// As `Map`, of quads of this length relative to those asked for.
     Finer(f64, f64),
     /// A road without a map.
@@ -71,9 +73,11 @@ enum Keep {
 
 /// The rungs in order. Features near failed quads are detail below the size of the quads, and go first; all go before
 /// the map does only when pairs of triangles could not keep them either.
-fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 15] {
+fn rungs(spec: &RemeshSpec, has_boundary: bool) -> Vec<(Rung, Keep)> {
     let (map, smoother) = (Rung::Map(spec.smoothing), Rung::Map(0.5 + 0.5 * spec.smoothing));
-    [
+    let is_open = spec.boundary == Boundary::Free && has_boundary;
+    let open = is_open.then_some((Rung::Open(spec.smoothing), Keep::Far(0.0)));
+    let aligned = [
         (map, Keep::Far(0.0)),
         (map, Keep::Far(1.5)),
         (smoother, Keep::Far(0.0)),
@@ -89,7 +93,8 @@ fn rungs(spec: &RemeshSpec) -> [(Rung, Keep); 15] {
         (Rung::Plain(Road::Paired(9)), Keep::None),
         (Rung::Plain(Road::SplitInput), Keep::Far(0.0)),
         (Rung::Plain(Road::SplitInput), Keep::None),
-    ]
+    ];
+    open.into_iter().chain(aligned).collect()
 }
 
 /// A climb under way.
@@ -162,7 +167,8 @@ fn climb(
         warnings: Vec::new(),
     };
     let mut last = String::new();
-    for (rung, keep) in rungs(spec) {
+    let has_boundary = component.surface.mesh.topology().boundaries > 0;
+    for (rung, keep) in rungs(spec, has_boundary) {
         ctx.check()?;
         if !matches!(rung, Rung::Map(_))
             && let Some(Good { solved, .. }) = good.take()
@@ -188,22 +194,25 @@ fn climb(
             continue;
         }
         let (draft, map, level) = match rung {
-            Rung::Map(smoothing) | Rung::Finer(smoothing, _) => match climb.by_map(ctx, &component, spec, smoothing)? {
-                Some((draft, map)) => (draft, Some(map), Level::L0),
-                None => continue,
-            },
+            Rung::Map(smoothing) | Rung::Open(smoothing) | Rung::Finer(smoothing, _) => {
+                let boundary_free = matches!(rung, Rung::Open(_));
+                match climb.by_map(ctx, &component, spec, smoothing, boundary_free)? {
+                    Some((draft, map)) => (draft, Some(map), Level::L0),
+                    None => continue,
+                }
+            }
             Rung::Plain(road) => {
                 let draft = ctx.stage(Stage::Fallback, || road.draft(ctx, &component, &climb.index))?;
                 (draft, None, road.level())
             }
         };
         let improve = match rung {
-            Rung::Map(_) | Rung::Finer(..) => Improve::IfBad,
+            Rung::Map(_) | Rung::Open(_) | Rung::Finer(..) => Improve::IfBad,
             Rung::Plain(Road::Paired(_)) => Improve::First,
             Rung::Plain(Road::SplitInput) => Improve::FirstIfFew,
         };
         let finished = finish(ctx, &component, &climb.index, draft, improve)?;
-        climb.no_second_field |= map.as_ref().is_some_and(is_hopeless);
+        climb.no_second_field |= !matches!(rung, Rung::Open(_)) && map.as_ref().is_some_and(is_hopeless);
         let Some(refusal) = finished.refusal else {
             let mut warnings = climb.warnings.clone();
             if !keeps_all {
@@ -224,7 +233,7 @@ fn climb(
                 ));
             }
             let kept_features = (!keeps_all).then(|| component.surface.features.clone());
-            let is_map = map.is_some();
+            let is_map = matches!(rung, Rung::Map(_) | Rung::Finer(..));
             let map = map.or_else(|| climb.map.take());
             let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
             let rank = (!finished.reflex.is_empty(), finished.away);
@@ -277,6 +286,7 @@ impl Climb<'_> {
         component: &Component,
         spec: &RemeshSpec,
         smoothing: f64,
+        boundary_free: bool,
     ) -> Result<Option<(QuadDraft, (Working, QuadCoverMap))>, Cancelled> {
         // Branch points are worth their search where the first map or one near it is delivered; the rungs below want
         // any map at all.
@@ -288,13 +298,22 @@ impl Climb<'_> {
             Optimise::Balance if is_first && is_small => Some(BranchOptions { create: true }),
             _ => None,
         };
-        match catch_unwind(AssertUnwindSafe(|| by_map(ctx, component, &self.index, spec, smoothing, branch_points))) {
+        let by_map = || {
+            let working =
+                ctx.stage(Stage::Refine, || working_surface(ctx, component, &self.index, spec.working_mesh))?;
+            let options = method_options(component, &working, spec, smoothing, branch_points);
+            by_map(ctx, working, &QuadCoverOptions { boundary_free, ..options })
+        };
+        match catch_unwind(AssertUnwindSafe(by_map)) {
             Ok(Ok(found)) => return Ok(Some(found)),
             Ok(Err(Failure::Cancelled(c))) => return Err(c),
             Ok(Err(Failure::Cause(cause, map))) => {
-                self.warnings.push(format!("no quads from the map: {cause}"));
+                self.warnings.push(match boundary_free {
+                    true => format!("the boundary is followed, it could not be left free: {cause}"),
+                    false => format!("no quads from the map: {cause}"),
+                });
                 // Without a map another field fails the same way: too many integers, or a failed solve.
-                self.no_second_field |= map.as_deref().is_none_or(is_hopeless);
+                self.no_second_field |= !boundary_free && map.as_deref().is_none_or(is_hopeless);
                 self.map = self.map.take().or(map.map(|map| *map));
             }
             Err(_) => self.warnings.push("no quads from the map: an internal error was contained".to_owned()),
@@ -322,20 +341,16 @@ impl From<Cancelled> for Failure {
 
 fn by_map(
     ctx: &RunContext,
-    component: &Component,
-    index: &SurfaceIndex,
-    spec: &RemeshSpec,
-    smoothing: f64,
-    branch_points: Option<BranchOptions>,
+    working: Working,
+    options: &QuadCoverOptions,
 ) -> Result<(QuadDraft, (Working, QuadCoverMap)), Failure> {
-    let working = ctx.stage(Stage::Refine, || working_surface(ctx, component, index, spec.working_mesh))?;
-    let options = method_options(component, &working, spec, smoothing, branch_points);
-    let map = quad_cover(ctx, &working.surface, &options).map_err(|e| match e {
+    let map = quad_cover(ctx, &working.surface, options).map_err(|e| match e {
         QuadCoverError::Cancelled(c) => Failure::Cancelled(c),
         other => Failure::Cause(other.to_string(), None),
     })?;
+    let extract = if options.boundary_free { extract_inner_quads } else { extract_quads };
     let extracted =
-        ctx.stage(Stage::Extract, || extract_quads(ctx, &working.surface.mesh, &working.surface.features, &map.grid));
+        ctx.stage(Stage::Extract, || extract(ctx, &working.surface.mesh, &working.surface.features, &map.grid));
     match extracted {
         Ok(extraction) => Ok((renumber_corners(extraction.draft, &working.corner_of), (working, map))),
         Err(ExtractError::Cancelled(c)) => Err(Failure::Cancelled(c)),
@@ -359,5 +374,6 @@ pub(super) fn method_options(
         guided: spec.align == Align::Curvature,
         branch_points,
         strokes: component.strokes.to_vec(),
+        boundary_free: false,
     }
 }

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::shapes::sample_surface;
-use crate::engine::pipeline::{Outcome, RemeshSpec, Target, remesh};
+use crate::engine::pipeline::report::Level;
+use crate::engine::pipeline::{Boundary, Outcome, RemeshSpec, Target, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::RunContext;
 
@@ -112,4 +113,58 @@ fn quads_follow_a_stroke() {
     let spec = RemeshSpec { strokes: vec![vec![DVec3::Z, 2.0 * DVec3::Z]], ..RemeshSpec::default() };
     let far = certified(&soup, 400, spec).report.warnings;
     assert!(far.iter().any(|w| w.contains("strokes/0")), "{far:?}");
+}
+
+/// The soup without the triangles with such centres.
+fn without(soup: &TriangleSoup, gone: impl Fn(DVec3) -> bool) -> TriangleSoup {
+    let centre = |t: &[u32; 3]| t.map(|v| soup.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
+    let triangles = soup.polygons().map(|p| [p[0], p[1], p[2]]);
+    let triangles: Vec<[u32; 3]> = triangles.filter(|t| !gone(centre(t))).collect();
+    TriangleSoup::from_triangles(soup.positions.clone(), &triangles)
+}
+
+/// Share of the edges within 10 degrees of a grid at this angle in the plane z = 0.
+fn share_in_grid(quads: &QuadMesh, angle: f64) -> f64 {
+    let sides = quads.quads.iter().flat_map(|quad| {
+        let p = corners(quads, quad);
+        (0..4).map(move |k| p[(k + 1) % 4] - p[k])
+    });
+    let off = |e: DVec3| {
+        let turned = (e.y.atan2(e.x) - angle).rem_euclid(std::f64::consts::FRAC_PI_2);
+        turned.min(std::f64::consts::FRAC_PI_2 - turned).to_degrees()
+    };
+    let off: Vec<f64> = sides.map(off).collect();
+    off.iter().filter(|off| **off < 10.0).count() as f64 / off.len() as f64
+}
+
+#[test]
+fn a_free_boundary_does_not_turn_the_grid() {
+    // A plate with a hole, and a line across it that is parallel to no side.
+    let soup = without(&plate(40), |p| (p - DVec3::new(1.3, 1.3, 0.0)).abs().max_element() < 0.3);
+    let angle = 30f64.to_radians();
+    let along = DVec3::new(angle.cos(), angle.sin(), 0.0);
+    let stroke = (0..20).map(|k| DVec3::new(0.2, 0.2, 0.0) + along * (0.08 * f64::from(k))).collect();
+    let spec = RemeshSpec { strokes: vec![stroke], ..RemeshSpec::default() };
+    let aligned = certified(&soup, 900, spec.clone());
+    let free = certified(&soup, 900, RemeshSpec { boundary: Boundary::Free, ..spec });
+    assert_eq!((free.report.level, &free.report.warnings[..]), (Level::L0, &[][..]));
+    let shares = [&aligned, &free].map(|outcome| share_in_grid(&outcome.quads, angle));
+    assert!(shares[1] > 0.6 && shares[1] > shares[0] + 0.4, "{shares:?}");
+}
+
+#[test]
+fn features_reach_a_free_boundary() {
+    let cube = soup_of("cube", 3000);
+    let highest = cube.positions.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let open = without(&cube, |p| p.z > highest - 1e-6);
+    let outcome = certified(&open, 700, RemeshSpec { boundary: Boundary::Free, ..RemeshSpec::default() });
+    assert_eq!((outcome.report.level, &outcome.report.warnings[..]), (Level::L0, &[][..]));
+}
+
+#[test]
+fn a_surface_without_boundary_has_nothing_to_leave_free() {
+    let soup = soup_of("torus", 2000);
+    let [followed, free] = [Boundary::Align, Boundary::Free]
+        .map(|boundary| certified(&soup, 400, RemeshSpec { boundary, ..RemeshSpec::default() }).quads);
+    assert_eq!(followed, free);
 }

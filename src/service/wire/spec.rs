@@ -239,8 +239,9 @@ impl RemeshRequest {
                 "a stroke has at least two points with finite coordinates".into(),
             );
         }
-        let free = unavailable("a field that ignores the boundary is");
-        refuse(self.boundary == BoundaryName::Free, "/boundary", free);
+        // The half of a symmetric surface is cut open along the plane, and must follow the cut.
+        let both = "cannot be free together with symmetry; leave one of them out".to_owned();
+        refuse(self.boundary == BoundaryName::Free && !self.symmetry.is_empty(), "/boundary", both);
         let dominant = unavailable("quad-dominant output is");
         refuse(self.output != OutputName::Pure, "/output", dominant);
         let message = format!("must be above 0 and at most {MAX_DEADLINE_S} seconds, not {}", self.deadline_s);
@@ -364,12 +365,8 @@ mod tests {
 
     #[test]
     fn what_this_version_cannot_do_is_refused_by_name() {
-        let cases = [
-            ("output", json!("dominant")),
-            ("webhook", json!("http://127.0.0.1/")),
-            ("method", json!("layout")),
-            ("boundary", json!("free")),
-        ];
+        let cases =
+            [("output", json!("dominant")), ("webhook", json!("http://127.0.0.1/")), ("method", json!("layout"))];
         for (field, value) in cases {
             let violations = ResolvedSpec::from_value(json!({ field: value })).unwrap_err();
             assert_eq!(violations.len(), 1);
@@ -390,6 +387,13 @@ mod tests {
         for size in [-1.0, 100.5] {
             assert_eq!(pointers(json!({ "adaptive_size": size })), ["/adaptive_size"]);
         }
+    }
+
+    #[test]
+    fn a_free_boundary_cannot_be_a_cut_of_symmetry() {
+        let spec = ResolvedSpec::from_value(json!({"boundary": "free"})).unwrap().spec;
+        assert_eq!(spec.boundary, Boundary::Free);
+        assert_eq!(pointers(json!({"boundary": "free", "symmetry": ["x"]})), ["/boundary"]);
     }
 
     #[test]

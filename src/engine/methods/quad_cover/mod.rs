@@ -45,6 +45,25 @@ pub struct QuadCoverOptions {
     pub branch_points: Option<BranchOptions>,
     /// Lines to follow, polylines in model units.
     pub strokes: Vec<Vec<DVec3>>,
+    /// Whether grid lines may meet the boundary at any angle.
+    pub boundary_free: bool,
+}
+
+impl QuadCoverOptions {
+    /// Per halfedge, whether field and map follow it.
+    fn followed(&self, surface: &Surface) -> Vec<bool> {
+        let mut flags = surface.features.halfedge_flags(&surface.mesh);
+        if self.boundary_free {
+            flags.iter_mut().enumerate().for_each(|(h, flag)| *flag &= !surface.mesh.is_boundary(h));
+        }
+        flags
+    }
+
+    /// Vertices that must lie on grid points.
+    fn corners(&self, surface: &Surface) -> Vec<u32> {
+        let corners = surface.features.corners.iter().copied();
+        corners.filter(|&v| !self.boundary_free || !surface.mesh.is_boundary_vertex(v)).collect()
+    }
 }
 
 /// An integer-grid map (up to flipped triangles) of one component.
@@ -147,14 +166,14 @@ struct Prepared {
 fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> Result<Prepared, QuadCoverError> {
     let mesh = &working.mesh;
     let frames = frames_of(mesh, &options.log_size);
-    let flags = working.features.halfedge_flags(mesh);
+    let flags = options.followed(working);
     let strokes = stroke_guidance(mesh, &frames, &options.strokes, options.edge_length);
     let (field, branch_search) =
         ctx.stage(Stage::Field, || solve_field(ctx, working, &frames, strokes.clone(), options))?;
     let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
     let weight = (0..mesh.n_faces()).map(weight).collect();
     let system = ctx
-        .stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &working.features.corners, weight))?;
+        .stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), weight))?;
     Ok(Prepared { frames, field, branch_search, system })
 }
 

@@ -101,7 +101,7 @@ fn on_mesh(
     options: &QuadCoverOptions,
 ) -> Result<(CrossField, BranchSearch), QuadCoverError> {
     let mesh = &surface.mesh;
-    let flags = surface.features.halfedge_flags(mesh);
+    let flags = options.followed(surface);
     let guidance = options.guided.then(|| curvature_guidance(mesh, frames, &flags, 0.7 * options.edge_length));
     let field_options = FieldOptions {
         edge_length: options.edge_length,

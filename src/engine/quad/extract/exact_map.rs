@@ -67,8 +67,13 @@ pub(super) struct ExactMap<'a> {
 }
 
 impl<'a> ExactMap<'a> {
-    /// Fixed point values of `map`.
-    pub(super) fn new(mesh: &'a TriMesh, features: &Features, map: &GridMap) -> Result<Self, ExtractError> {
+    /// Fixed point values of `map`. With `is_open` grid lines may leave through the boundary.
+    pub(super) fn new(
+        mesh: &'a TriMesh,
+        features: &Features,
+        map: &GridMap,
+        is_open: bool,
+    ) -> Result<Self, ExtractError> {
         let n = mesh.n_halfedges();
         if map.uv.len() != n || map.rotation.len() != n || map.translation.len() != n || map.iso.len() != n {
             return Err(ExtractError::WrongLength);
@@ -106,10 +111,13 @@ impl<'a> ExactMap<'a> {
         };
         exact.measure_seams(map)?;
         for v in 0..mesh.n_vertices() as u32 {
-            exact.place(v, features.is_corner(v), map)?;
+            let is_end = is_open && mesh.is_boundary_vertex(v);
+            exact.place(v, features.is_corner(v) && !is_end, is_end, map)?;
         }
         exact.separate_degenerate_faces();
-        exact.check_boundary()?;
+        if !is_open {
+            exact.check_boundary()?;
+        }
         Ok(exact)
     }
 
@@ -130,8 +138,9 @@ impl<'a> ExactMap<'a> {
         Ok(())
     }
 
-    /// Decides the value of vertex `v` at its first corner and carries it to the others.
-    fn place(&mut self, v: u32, is_corner: bool, map: &GridMap) -> Result<(), ExtractError> {
+    /// Decides the value of vertex `v` at its first corner and carries it to the others. Lines may end anywhere at an
+    /// `is_end`.
+    fn place(&mut self, v: u32, is_corner: bool, is_end: bool, map: &GridMap) -> Result<(), ExtractError> {
         let mesh = self.mesh;
         let (mut to_root, mut fixed, mut guided) = (Transition::default(), [is_corner; 2], 0);
         let mut closes = true;
@@ -154,7 +163,7 @@ impl<'a> ExactMap<'a> {
                 closes = false;
             }
         }
-        if guided != 0 && guided != 2 {
+        if guided != 0 && guided != 2 && !is_end {
             fixed = [true; 2];
         }
         let root = map.uv[mesh.outgoing(v)];
@@ -169,7 +178,7 @@ impl<'a> ExactMap<'a> {
                 return Err(ExtractError::OpenVertex { vertex: v });
             }
             let near = (root - root.round()).abs().max_element() < NEAR;
-            if near && (fixed[0] || fixed[1] || (closes && winding(mesh, map, v) != 1)) {
+            if near && !is_end && (fixed[0] || fixed[1] || (closes && winding(mesh, map, v) != 1)) {
                 fixed = [true; 2];
             }
             for axis in 0..2 {

@@ -6,11 +6,12 @@ use crate::engine::parameterize::GridMap;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::extract::exact_map::ExactMap;
 use crate::engine::quad::extract::grid_graph::features_off_grid;
-use crate::engine::quad::extract::grid_graph::grid_graph;
+use crate::engine::quad::extract::grid_graph::{PortOut, grid_graph};
 use crate::engine::quad::extract::nodes::Nodes;
 use crate::engine::quad::fill::FillError;
 use crate::engine::quad::fill::FillReport;
 use crate::engine::quad::fill::complete;
+use crate::engine::quad::fill::{Exit, RimLoop, add_rims};
 use crate::engine::run::Blame;
 use crate::engine::run::Cancelled;
 use crate::engine::run::Fault;
@@ -131,7 +132,31 @@ pub fn extract_quads(
     features: &Features,
     map: &GridMap,
 ) -> Result<Extraction, ExtractError> {
-    let exact = ExactMap::new(mesh, features, map)?;
+    extract(ctx, mesh, features, map, false)
+}
+
+/// As [`extract_quads`] for a map whose boundary lies anywhere in the grid: the cells that lie inside as a whole, and a
+/// row of quads between them and each boundary loop.
+///
+/// # Errors
+/// [`ExtractError`]; `Unrepairable` also where no row of quads has room.
+pub fn extract_inner_quads(
+    ctx: &RunContext,
+    mesh: &TriMesh,
+    features: &Features,
+    map: &GridMap,
+) -> Result<Extraction, ExtractError> {
+    extract(ctx, mesh, features, map, true)
+}
+
+fn extract(
+    ctx: &RunContext,
+    mesh: &TriMesh,
+    features: &Features,
+    map: &GridMap,
+    is_open: bool,
+) -> Result<Extraction, ExtractError> {
+    let exact = ExactMap::new(mesh, features, map, is_open)?;
     let orientations = (0..mesh.n_faces()).map(|f| exact.orientation(f).signum());
     let (mut flipped_triangles, mut degenerate_triangles) = (0, 0);
     for sign in orientations {
@@ -139,7 +164,11 @@ pub fn extract_quads(
         degenerate_triangles += usize::from(sign == 0);
     }
     let nodes = Nodes::new(&exact);
-    let graph = grid_graph(ctx, &exact, features, &nodes)?;
+    let (mut graph, out) = grid_graph(ctx, &exact, features, &nodes)?;
+    if is_open {
+        let (exits, loops) = rims(mesh, features, &out);
+        add_rims(ctx, &mut graph, &exits, &loops)?;
+    }
     let (draft, fill) = complete(ctx, graph, &mesh.topology())?;
     let report = ExtractionReport {
         flipped_triangles,
@@ -151,4 +180,24 @@ pub fn extract_quads(
         fill,
     };
     Ok(Extraction { draft, report })
+}
+
+/// The boundary loops as seen from outside, and which grid lines end at them.
+fn rims(mesh: &TriMesh, features: &Features, out: &[PortOut]) -> (Vec<Exit>, Vec<RimLoop>) {
+    let mut place = vec![(0, 0); mesh.n_halfedges()];
+    let mut loops = Vec::new();
+    for (rim, mut halfedges) in mesh.boundary_loops().into_iter().enumerate() {
+        halfedges.reverse();
+        halfedges.iter().enumerate().for_each(|(i, &h)| place[h] = (rim, i));
+        let vertices = || halfedges.iter().map(|&h| mesh.origin(h));
+        loops.push(RimLoop {
+            points: vertices().map(|v| mesh.position(v)).collect(),
+            corner: vertices().map(|v| features.is_corner(v).then_some(v)).collect(),
+        });
+    }
+    let exit = |out: &PortOut| {
+        let (rim, point) = place[out.halfedge];
+        Exit { node: out.node, before: out.before, rim, end: out.is_feature.then_some(point) }
+    };
+    (out.iter().map(exit).collect(), loops)
 }

@@ -8,7 +8,7 @@ use crate::engine::quad::extract::nodes::Nodes;
 use crate::engine::quad::extract::nodes::Place;
 use crate::engine::quad::extract::nodes::Port;
 use crate::engine::quad::extract::nodes::port_turns;
-use crate::engine::quad::extract::trace::trace;
+use crate::engine::quad::extract::trace::{Arrival, trace};
 use crate::engine::quad::fill::EmbeddedGraph;
 use crate::engine::quad::fill::GraphArc;
 use crate::engine::quad::fill::GraphNode;
@@ -16,13 +16,26 @@ use crate::engine::quad::fill::Tag;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
-/// Traces all grid lines.
+/// A port whose grid line ends at the boundary.
+pub(super) struct PortOut {
+    port: u32,
+    /// The node of the port.
+    pub(super) node: u32,
+    /// The dart clockwise of the port at its node.
+    pub(super) before: u32,
+    /// The boundary halfedge that the line meets; a feature meets its origin.
+    pub(super) halfedge: usize,
+    /// Whether the line is a feature.
+    pub(super) is_feature: bool,
+}
+
+/// Traces all grid lines; also says which of them end at a boundary that is off the grid.
 pub(super) fn grid_graph(
     ctx: &RunContext,
     map: &ExactMap<'_>,
     features: &Features,
     nodes: &Nodes,
-) -> Result<EmbeddedGraph, Cancelled> {
+) -> Result<(EmbeddedGraph, Vec<PortOut>), Cancelled> {
     let mesh = map.mesh;
     let on_curve = |h: usize| mesh.is_boundary(h) || features.is_edge(mesh.origin(h), mesh.target(h));
     let graph_nodes = (0..nodes.nodes.len()).map(|n| {
@@ -38,7 +51,7 @@ pub(super) fn grid_graph(
 
     // Per port, the dart that leaves through it.
     let mut dart = vec![u32::MAX; nodes.ports.len()];
-    let mut arcs = Vec::new();
+    let (mut arcs, mut out) = (Vec::new(), Vec::new());
     let mut node_of_port = vec![0u32; nodes.ports.len()];
     for n in 0..nodes.nodes.len() as u32 {
         for p in nodes.first_port[n as usize]..nodes.first_port[n as usize + 1] {
@@ -52,8 +65,16 @@ pub(super) fn grid_graph(
         if dart[port as usize] != u32::MAX {
             continue;
         }
-        let Some(arrival) = trace(map, nodes, node_of_port[port as usize], port) else { continue };
-        if arrival.port == port || dart[arrival.port as usize] != u32::MAX {
+        let (arrival, collapsed) = match trace(map, nodes, node_of_port[port as usize], port) {
+            None => continue,
+            Some(Arrival::Outside { halfedge }) => {
+                let is_feature = matches!(nodes.ports[port as usize], Port::Along { .. });
+                out.push(PortOut { port, node: node_of_port[port as usize], halfedge, is_feature, before: u32::MAX });
+                continue;
+            }
+            Some(Arrival::Node { port, collapsed }) => (port, collapsed),
+        };
+        if arrival == port || dart[arrival as usize] != u32::MAX {
             continue;
         }
         let tag = match nodes.ports[port as usize] {
@@ -62,10 +83,10 @@ pub(super) fn grid_graph(
             _ => Tag::Plain,
         };
         dart[port as usize] = 2 * arcs.len() as u32;
-        dart[arrival.port as usize] = 2 * arcs.len() as u32 + 1;
-        let ends = [node_of_port[port as usize], node_of_port[arrival.port as usize]];
-        let outside = [port, arrival.port].map(|p| leaves_outside(map, nodes.ports[p as usize]));
-        arcs.push(GraphArc { ends, tag, collapsed: arrival.collapsed, outside });
+        dart[arrival as usize] = 2 * arcs.len() as u32 + 1;
+        let ends = [node_of_port[port as usize], node_of_port[arrival as usize]];
+        let outside = [port, arrival].map(|p| leaves_outside(map, nodes.ports[p as usize]));
+        arcs.push(GraphArc { ends, tag, collapsed, outside });
     }
     let rotation = (0..nodes.nodes.len()).map(|n| {
         // A port without an arc gives its turn to the port before it.
@@ -85,7 +106,15 @@ pub(super) fn grid_graph(
         }
         darts
     });
-    Ok(EmbeddedGraph::new(graph_nodes, &arcs, rotation))
+    let graph = EmbeddedGraph::new(graph_nodes, &arcs, rotation);
+    for port_out in &mut out {
+        let (start, end) = (nodes.first_port[port_out.node as usize], nodes.first_port[port_out.node as usize + 1]);
+        let clockwise = (start..port_out.port).rev().chain((port_out.port + 1..end).rev());
+        let darts = clockwise.map(|p| dart[p as usize]);
+        port_out.before = darts.filter(|&d| d != u32::MAX).next().unwrap_or(u32::MAX);
+    }
+    out.retain(|port_out| port_out.before != u32::MAX);
+    Ok((graph, out))
 }
 
 /// Whether the outside of the surface is to the left of the line that leaves through `port`: it runs against the

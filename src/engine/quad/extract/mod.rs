@@ -16,4 +16,4 @@ mod trace;
 #[cfg(test)]
 mod tests;
 
-pub use extraction::{ExtractError, Extraction, ExtractionReport, extract_quads};
+pub use extraction::{ExtractError, Extraction, ExtractionReport, extract_inner_quads, extract_quads};

@@ -14,11 +14,19 @@ use crate::engine::quad::extract::nodes::is_above;
 
 /// Where a grid line ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Arrival {
-    /// The port that leads back.
-    pub(super) port: u32,
-    /// The line came back to the grid point where it began: it lies in a fold.
-    pub(super) collapsed: bool,
+pub(super) enum Arrival {
+    /// At a grid point.
+    Node {
+        /// The port that leads back.
+        port: u32,
+        /// The line came back to the grid point where it began: it lies in a fold.
+        collapsed: bool,
+    },
+    /// At the boundary, which does not follow the grid: on this halfedge, or at its origin where a feature ends.
+    Outside {
+        /// The halfedge of the boundary.
+        halfedge: usize,
+    },
 }
 
 /// A line on its way: the grid point where it began, carried along into the chart of the present face, and the axis
@@ -40,7 +48,7 @@ pub(super) fn trace(map: &ExactMap<'_>, nodes: &Nodes, node: u32, port: u32) -> 
             let mut neighbour = here.point;
             neighbour[run] += if up { map.one } else { -map.one };
             if let Some(n) = nodes.in_face(f, neighbour) {
-                return Some(Arrival { port: nodes.port(n, Port::Axis { run, up: !up })?, collapsed: false });
+                return Some(Arrival::Node { port: nodes.port(n, Port::Axis { run, up: !up })?, collapsed: false });
             }
             let both = gates(map, f, fix, here.point[fix])?;
             let first_is_above = is_above(map, both[0], fix, here.point)?;
@@ -81,7 +89,7 @@ fn cross(map: &ExactMap<'_>, nodes: &Nodes, entry: Gate, line: Line) -> Option<A
             let down = is_above(map, entry, line.fix, nodes.nodes[lowest as usize].point)?;
             let n = if down { highest } else { lowest };
             let port = nodes.port(n, Port::Axis { run: 1 - line.fix, up: down })?;
-            return Some(Arrival { port, collapsed: nodes.nodes[n as usize].point == line.start });
+            return Some(Arrival::Node { port, collapsed: nodes.nodes[n as usize].point == line.start });
         }
         let both = gates(map, f, line.fix, c)?;
         let exit = if both[0] == entry { both[1] } else { both[0] };
@@ -112,16 +120,19 @@ fn leave(map: &ExactMap<'_>, nodes: &Nodes, exit: Gate, line: Line) -> Option<Ar
             // The edge lies on a grid line: the crossing is a grid point.
             let mut point = line.start;
             point[1 - line.fix] = map.corner[h][1 - line.fix];
+            if map.mesh.is_boundary(h) && map.line_axis(h).is_none() {
+                return Some(Arrival::Outside { halfedge: h });
+            }
             let edge = map.mesh.twin(h).map_or(h, |t| t.min(h));
             let there = if edge == h { point } else { map.across[h].apply(point) };
             let n = nodes.on_edge(edge, there)?;
             let port = nodes.port(n, Port::Into { halfedge: h as u32 })?;
-            Some(Arrival { port, collapsed: point == line.start })
+            Some(Arrival::Node { port, collapsed: point == line.start })
         }
         Gate::Corner(h) => {
             let n = nodes.at_vertex[map.mesh.origin(h) as usize]?;
             let port = nodes.port(n, Port::Wedge { corner: h as u32, fix: line.fix })?;
-            Some(Arrival { port, collapsed: map.corner[h] == line.start })
+            Some(Arrival::Node { port, collapsed: map.corner[h] == line.start })
         }
     }
 }
@@ -147,16 +158,19 @@ fn follow(
         };
         if (low..high).contains(&beyond) {
             let port = nodes.port(beyond, Port::Along { edge: edge as u32, forward: !forward })?;
-            return Some(Arrival { port, collapsed: nodes.nodes[beyond as usize].point == start });
+            return Some(Arrival::Node { port, collapsed: nodes.nodes[beyond as usize].point == start });
         }
         let corner = if forward { next(edge) } else { edge };
         let v = mesh.origin(corner);
         if let Some(n) = nodes.at_vertex[v as usize] {
             let port = nodes.port(n, Port::Along { edge: edge as u32, forward: !forward })?;
-            return Some(Arrival { port, collapsed: map.corner[corner] == start });
+            return Some(Arrival::Node { port, collapsed: map.corner[corner] == start });
         }
         if !map.guided[edge] {
             return None;
+        }
+        if mesh.is_boundary_vertex(v) && !mesh.is_boundary(edge) {
+            return mesh.fan(v).find(|&h| mesh.is_boundary(h)).map(|halfedge| Arrival::Outside { halfedge });
         }
         let onward = guided_edges(map, v).into_iter().find(|&e| e != edge)?;
         if onward == first_edge {

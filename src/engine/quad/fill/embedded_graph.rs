@@ -205,7 +205,8 @@ impl EmbeddedGraph {
         self.nodes.len() as u32 - 1
     }
 
-    fn add_arc(&mut self, ends: [u32; 2], tag: Tag, outside: [bool; 2]) -> u32 {
+    /// A new arc, and its first dart. Both darts must then be put in their place.
+    pub(super) fn add_arc(&mut self, ends: [u32; 2], tag: Tag, outside: [bool; 2]) -> u32 {
         let d = self.n_darts();
         self.node.extend(ends);
         self.ccw.extend([d, d + 1]);

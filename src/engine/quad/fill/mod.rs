@@ -14,6 +14,8 @@ mod faces;
 mod parity;
 mod patterns;
 mod polygons;
+mod rim;
+mod rim_places;
 mod simplify;
 
 #[cfg(test)]
@@ -24,3 +26,4 @@ mod tests;
 pub use complete::FillReport;
 pub(crate) use complete::{FillError, complete};
 pub(crate) use embedded_graph::{EmbeddedGraph, GraphArc, GraphNode, Tag};
+pub(crate) use rim::{Exit, RimLoop, add_rims};

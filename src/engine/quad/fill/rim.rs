@@ -1,0 +1,210 @@
+//! A row of quads between the grid and a boundary that does not follow it.
+//!
+//! Grid lines that end at a boundary loop all lie in one face of the graph: the loop is a hole in it. That face is walked
+//! once around, every node of the walk gets a partner on the loop, and the face becomes a row of quads. The topology is
+//! right by construction, wherever the partners lie.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::engine::quad::Anchor;
+use crate::engine::quad::fill::FillError;
+use crate::engine::quad::fill::embedded_graph::{EmbeddedGraph, GraphNode, Tag};
+use crate::engine::quad::fill::faces::Faces;
+use crate::engine::quad::fill::rim_places::{distance, places};
+use crate::engine::run::RunContext;
+
+/// Nodes nearer to the loop than this part of their arcs leave too little room for a quad.
+const TOO_NEAR: f64 = 0.5;
+
+/// A boundary loop, as it is seen from outside the surface: the surface lies to the right.
+#[derive(Clone, Debug)]
+pub(crate) struct RimLoop {
+    /// Its points in order.
+    pub(crate) points: Vec<DVec3>,
+    /// Per point, the corner that it is.
+    pub(crate) corner: Vec<Option<u32>>,
+}
+
+/// A grid line that ends at a boundary loop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Exit {
+    /// The node where its last arc would begin, and the dart before it there.
+    pub(crate) node: u32,
+    /// The dart clockwise of it at that node.
+    pub(crate) before: u32,
+    /// Number of the loop.
+    pub(crate) rim: usize,
+    /// The point of the loop where it ends, if it is a feature curve.
+    pub(crate) end: Option<usize>,
+}
+
+/// Closes the graph with a row of quads along each loop.
+///
+/// # Errors
+/// [`FillError::Stuck`] if no grid line ends at a loop, two loops lie in one face, or the walk around a loop has fewer
+/// nodes than it has corners; [`FillError::Cancelled`] if the run was stopped.
+pub(crate) fn add_rims(
+    ctx: &RunContext,
+    graph: &mut EmbeddedGraph,
+    exits: &[Exit],
+    loops: &[RimLoop],
+) -> Result<(), FillError> {
+    let mut around = Around::new(graph, exits, loops.len())?;
+    around.peel(graph);
+    for (rim, points) in loops.iter().enumerate() {
+        ctx.check()?;
+        around.make_room(graph, rim, points);
+    }
+    around.peel(graph);
+    let walks: Option<Vec<Vec<u32>>> = (0..loops.len()).map(|rim| around.walk(graph, rim)).collect();
+    let walks = walks.ok_or(FillError::Stuck { step: "walking around a boundary loop" })?;
+    for (rim, (points, walk)) in loops.iter().zip(&walks).enumerate() {
+        ctx.check()?;
+        let mut forced = vec![None; walk.len()];
+        for (&node, &(_, end)) in around.ends.iter().filter(|(_, end)| end.0 == rim) {
+            let at = walk.iter().position(|&d| graph.origin(d) == node);
+            forced[at.ok_or(FillError::Stuck { step: "leading a feature to the boundary" })?] = Some(end);
+        }
+        let nodes: Vec<DVec3> = walk.iter().map(|&d| graph.nodes[graph.origin(d) as usize].position).collect();
+        let places = places(points, &nodes, &forced).ok_or(FillError::Stuck { step: "placing a row of quads" })?;
+        draw(graph, walk, &places, &forced);
+    }
+    Ok(())
+}
+
+/// What lies between the grid and the loops while arcs of the grid are taken away.
+struct Around {
+    faces: Faces,
+    /// Union of faces that have become one.
+    parent: Vec<u32>,
+    /// Per loop, a face of the one that it lies in.
+    face: Vec<u32>,
+    /// Per node from which a feature goes on to the boundary, the loop and the point of it.
+    ends: BTreeMap<u32, (usize, usize)>,
+}
+
+impl Around {
+    fn new(graph: &EmbeddedGraph, exits: &[Exit], n_loops: usize) -> Result<Self, FillError> {
+        let faces = Faces::new(graph);
+        let mut votes: Vec<BTreeMap<u32, usize>> = vec![BTreeMap::new(); n_loops];
+        for exit in exits {
+            *votes[exit.rim].entry(faces.of[exit.before as usize]).or_default() += 1;
+        }
+        let most =
+            |votes: &BTreeMap<u32, usize>| votes.iter().max_by_key(|v| (v.1, std::cmp::Reverse(v.0))).map(|v| *v.0);
+        let face: Option<Vec<u32>> = votes.iter().map(most).collect();
+        let face = face.ok_or(FillError::Stuck { step: "finding grid lines that end at a boundary loop" })?;
+        let ends = exits.iter().filter_map(|exit| Some((exit.node, (exit.rim, exit.end?)))).collect();
+        Ok(Self { parent: (0..faces.first.len() as u32).collect(), faces, face, ends })
+    }
+
+    fn face_of(&self, d: u32) -> u32 {
+        self.root(self.faces.of[d as usize])
+    }
+
+    fn root(&self, mut face: u32) -> u32 {
+        while self.parent[face as usize] != face {
+            face = self.parent[face as usize];
+        }
+        face
+    }
+
+    /// Removes an arc, and joins the faces on its sides.
+    fn remove(&mut self, graph: &mut EmbeddedGraph, d: u32) {
+        let [a, b] = [d, d ^ 1].map(|d| self.face_of(d));
+        self.parent[a.max(b) as usize] = a.min(b);
+        graph.remove(d / 2);
+    }
+
+    /// Removes nodes with one arc. Features that end there end a node earlier.
+    fn peel(&mut self, graph: &mut EmbeddedGraph) {
+        let mut work: Vec<u32> = (0..graph.n_darts()).rev().collect();
+        while let Some(d) = work.pop() {
+            if !graph.is_alive(d) || graph.ccw(d) != d {
+                continue;
+            }
+            let beside = graph.cw(d ^ 1);
+            self.shorten(graph, d);
+            self.remove(graph, d);
+            if beside != d ^ 1 {
+                work.push(beside);
+            }
+        }
+    }
+
+    /// The feature along `d` that ends at its origin will end at its target.
+    fn shorten(&mut self, graph: &EmbeddedGraph, d: u32) {
+        if graph.tag_of(d) == Tag::Feature
+            && let Some(end) = self.ends.remove(&graph.origin(d))
+        {
+            self.ends.insert(graph.target(d), end);
+        }
+    }
+
+    /// Removes nodes beside the loop that are too near to it, where nothing but the face of the loop is lost.
+    fn make_room(&mut self, graph: &mut EmbeddedGraph, rim: usize, points: &RimLoop) {
+        for d in self.walk(graph, rim).unwrap_or_default() {
+            let node = graph.origin(d);
+            let anchor = graph.nodes[node as usize].anchor;
+            let may_go = anchor == Anchor::Surface || anchor == Anchor::Curve && self.ends.contains_key(&node);
+            if !graph.is_alive(d) || !may_go {
+                continue;
+            }
+            let darts: Vec<u32> = graph.around(d).collect();
+            let here = graph.nodes[node as usize].position;
+            let length = |d: &u32| graph.nodes[graph.target(*d) as usize].position.distance(here);
+            let mean = darts.iter().map(length).sum::<f64>() / darts.len() as f64;
+            if distance(points, here) > TOO_NEAR * mean {
+                continue;
+            }
+            for d in darts {
+                let is_last = graph.degree(d, 2) == 1;
+                let ends_beyond = graph.degree(d ^ 1, 2) == 1;
+                if is_last || ends_beyond || self.face_of(d) != self.face_of(d ^ 1) {
+                    self.shorten(graph, d);
+                    self.remove(graph, d);
+                }
+            }
+        }
+    }
+
+    /// The darts around the face of a loop; `None` if they are not one walk.
+    fn walk(&self, graph: &EmbeddedGraph, rim: usize) -> Option<Vec<u32>> {
+        let wanted = self.root(self.face[rim]);
+        if (0..self.face.len()).any(|other| other != rim && self.root(self.face[other]) == wanted) {
+            return None;
+        }
+        let darts: Vec<u32> =
+            (0..graph.n_darts()).filter(|&d| graph.is_alive(d) && self.face_of(d) == wanted).collect();
+        let walk: Vec<u32> = graph.face(*darts.first()?).collect();
+        (walk.len() == darts.len()).then_some(walk)
+    }
+}
+
+/// Draws the row: a partner for each dart's origin, arcs to the partners and between them.
+fn draw(graph: &mut EmbeddedGraph, walk: &[u32], places: &[(DVec3, Anchor)], forced: &[Option<usize>]) {
+    let partners: Vec<u32> =
+        places.iter().map(|&(position, anchor)| graph.add_node(GraphNode { position, anchor })).collect();
+    let n = walk.len();
+    let spokes: Vec<u32> = (0..n)
+        .map(|i| {
+            let tag = if forced[i].is_some() { Tag::Feature } else { Tag::Plain };
+            let spoke = graph.add_arc([graph.origin(walk[i]), partners[i]], tag, [false; 2]);
+            // No fold is to be seen between the spoke and its neighbours.
+            let turn = graph.turn[walk[i] as usize];
+            graph.place_after(spoke, walk[i]);
+            graph.turn[spoke as usize] = (turn - 1).max(1);
+            graph.turn[walk[i] as usize] = 1;
+            spoke
+        })
+        .collect();
+    let sides: Vec<u32> =
+        (0..n).map(|i| graph.add_arc([partners[i], partners[(i + 1) % n]], Tag::Boundary, [true, false])).collect();
+    for i in 0..n {
+        let (back, spoke, onward) = (sides[(i + n - 1) % n] ^ 1, spokes[i] ^ 1, sides[i]);
+        graph.place_after(spoke, back);
+        graph.place_after(onward, spoke);
+    }
+}

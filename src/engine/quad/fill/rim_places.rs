@@ -1,0 +1,235 @@
+//! Where the vertices of a rim lie on a boundary loop: in order, near their partners, corners on corners.
+
+use glam::DVec3;
+
+use crate::engine::mesh::closest_on_segment;
+use crate::engine::quad::Anchor;
+use crate::engine::quad::fill::rim::RimLoop;
+
+/// Neighbours on the loop are at least this part of their mean distance apart.
+const LEAST_GAP: f64 = 0.3;
+
+/// A loop by arc length.
+struct Measured<'a> {
+    rim: &'a RimLoop,
+    /// Arc length at each point, and at last the whole.
+    at: Vec<f64>,
+}
+
+impl Measured<'_> {
+    fn total(&self) -> f64 {
+        self.at[self.rim.points.len()]
+    }
+
+    /// Arc length and distance of the nearest point.
+    fn nearest(&self, p: DVec3) -> (f64, f64) {
+        let points = &self.rim.points;
+        let mut best = (0.0, f64::INFINITY);
+        for (i, &a) in points.iter().enumerate() {
+            let (t, q) = closest_on_segment(p, a, points[(i + 1) % points.len()]);
+            let distance = q.distance(p);
+            if distance < best.1 {
+                best = (self.at[i] + t * (self.at[i + 1] - self.at[i]), distance);
+            }
+        }
+        best
+    }
+
+    fn position(&self, s: f64) -> DVec3 {
+        let points = &self.rim.points;
+        let s = s.rem_euclid(self.total());
+        let i = (self.at.partition_point(|&a| a <= s).max(1) - 1).min(points.len() - 1);
+        let length = self.at[i + 1] - self.at[i];
+        let t = if length > 0.0 { (s - self.at[i]) / length } else { 0.0 };
+        points[i].lerp(points[(i + 1) % points.len()], t.clamp(0.0, 1.0))
+    }
+}
+
+/// Distance of a point from a loop.
+pub(super) fn distance(rim: &RimLoop, p: DVec3) -> f64 {
+    let next = |i: usize| rim.points[(i + 1) % rim.points.len()];
+    let distance = |(i, &a): (usize, &DVec3)| closest_on_segment(p, a, next(i)).1.distance(p);
+    rim.points.iter().enumerate().map(distance).fold(f64::INFINITY, f64::min)
+}
+
+/// Positions and anchors on the loop for nodes that go around it in its order; `forced` says which point of the loop
+/// some of them must get. `None` if there are too few nodes for the corners of the loop, or they do not go around it
+/// once.
+pub(super) fn places(rim: &RimLoop, nodes: &[DVec3], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+    let n = rim.points.len();
+    let mut at = vec![0.0; n + 1];
+    for i in 0..n {
+        at[i + 1] = at[i] + rim.points[i].distance(rim.points[(i + 1) % n]);
+    }
+    let measured = Measured { rim, at };
+    let total = measured.total();
+    let near: Vec<(f64, f64)> = nodes.iter().map(|&p| measured.nearest(p)).collect();
+    // Around the loop from the node that is surest of its place.
+    let is_forced = |i: &usize| forced[*i].is_some();
+    let first = (0..nodes.len())
+        .find(is_forced)
+        .or_else(|| (0..nodes.len()).min_by(|&a, &b| near[a].1.total_cmp(&near[b].1)))?;
+    let order: Vec<usize> = (0..nodes.len()).map(|k| (first + k) % nodes.len()).collect();
+    let start = forced[first].map_or(near[first].0, |point| measured.at[point]);
+    let mut wished = vec![start];
+    for &i in &order[1..] {
+        let last = wished[wished.len() - 1];
+        let s = forced[i].map_or(near[i].0, |point| measured.at[point]);
+        let step = (s - last).rem_euclid(total);
+        wished.push(last + if step > 0.5 * total { step - total } else { step });
+    }
+    let step = (start - wished[wished.len() - 1]).rem_euclid(total);
+    let turned = wished[wished.len() - 1] + if step > 0.5 * total { step - total } else { step } - start;
+    if (turned - total).abs() > 0.5 * total {
+        return None;
+    }
+    let fixed = fixed_places(&measured, &order, &wished, forced)?;
+    let place = spread(&wished, &fixed, total);
+    let mut places = vec![(DVec3::ZERO, Anchor::Curve); nodes.len()];
+    for (k, &i) in order.iter().enumerate() {
+        places[i] = match fixed[k] {
+            Some((point, _)) => (rim.points[point], rim.corner[point].map_or(Anchor::Curve, Anchor::Corner)),
+            None => (measured.position(place[k]), Anchor::Curve),
+        };
+    }
+    Some(places)
+}
+
+/// Per node in order, the corner that it gets, with its arc length from where the order starts on.
+fn fixed_places(
+    measured: &Measured<'_>,
+    order: &[usize],
+    wished: &[f64],
+    forced: &[Option<usize>],
+) -> Option<Vec<Option<(usize, f64)>>> {
+    let (start, total) = (wished[0], measured.total());
+    let holder = |p: usize| order.iter().position(|&i| forced[i] == Some(p));
+    let mut corners: Vec<(f64, usize)> = (0..measured.rim.points.len())
+        .filter(|&p| measured.rim.corner[p].is_some() || holder(p).is_some())
+        .map(|p| (start + (measured.at[p] - start).rem_euclid(total), p))
+        .collect();
+    corners.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut fixed = vec![None; order.len()];
+    let mut from = 0;
+    for (c, &(s, p)) in corners.iter().enumerate() {
+        // The nodes up to the one of the next corner that has its own must do for those in between.
+        let next = (c + 1..corners.len()).find_map(|d| holder(corners[d].1).map(|k| (k, d - c)));
+        let (to, needed) = next.unwrap_or((order.len(), corners.len() - c));
+        let room = from..(to + 1).checked_sub(needed)?;
+        let nearest = || room.min_by(|&a, &b| (wished[a] - s).abs().total_cmp(&(wished[b] - s).abs()));
+        let k = holder(p).filter(|&k| k >= from).or_else(|| holder(p).is_none().then(nearest)?)?;
+        fixed[k] = Some((p, s));
+        from = k + 1;
+    }
+    Some(fixed)
+}
+
+/// Arc lengths in order as near as may be to those wished for, with gaps, between those that are fixed.
+fn spread(wished: &[f64], fixed: &[Option<(usize, f64)>], total: f64) -> Vec<f64> {
+    let n = wished.len();
+    let mut place = monotone(wished);
+    // The first node is fixed where it is if nothing else is.
+    let mut stops: Vec<(usize, f64)> = (0..n).filter_map(|k| fixed[k].map(|(_, s)| (k, s))).collect();
+    if stops.is_empty() {
+        stops.push((0, wished[0]));
+    }
+    let (k, s) = stops[0];
+    stops.push((k + n, s + total));
+    for pair in stops.windows(2) {
+        let [(a, low), (b, high)] = [pair[0], pair[1]];
+        let gap = LEAST_GAP * (high - low) / (b - a) as f64;
+        for k in a..b {
+            let turns = if k >= n { total } else { 0.0 };
+            let least = low + (k - a) as f64 * gap;
+            let most = high - (b - k) as f64 * gap;
+            let s = if k == a { low } else { (place[k % n] + turns).clamp(least, most) };
+            place[k % n] = s - turns;
+        }
+        // Clamping keeps the order but not the gaps inside.
+        for k in a + 1..b {
+            let turns = |k: usize| if k >= n { total } else { 0.0 };
+            let before = place[(k - 1) % n] + turns(k - 1);
+            let s = (place[k % n] + turns(k)).max(before + gap);
+            place[k % n] = s - turns(k);
+        }
+        for k in (a + 1..b).rev() {
+            let turns = |k: usize| if k >= n { total } else { 0.0 };
+            let after = if k + 1 == b { high } else { place[(k + 1) % n] + turns(k + 1) };
+            let s = (place[k % n] + turns(k)).min(after - gap);
+            place[k % n] = s - turns(k);
+        }
+    }
+    place
+}
+
+/// The nearest sequence that never falls (pool adjacent violators).
+fn monotone(values: &[f64]) -> Vec<f64> {
+    let mut pools: Vec<(f64, usize)> = Vec::new();
+    for &value in values {
+        let mut pool = (value, 1);
+        while let Some(&(sum, n)) = pools.last()
+            && sum / n as f64 > pool.0 / pool.1 as f64
+        {
+            pools.pop();
+            pool = (pool.0 + sum, pool.1 + n);
+        }
+        pools.push(pool);
+    }
+    pools.into_iter().flat_map(|(sum, n)| std::iter::repeat_n(sum / n as f64, n)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> RimLoop {
+        let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)];
+        let at = |a: (f64, f64), b: (f64, f64), t: f64| DVec3::new(a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), 0.0);
+        let points = (0..16).map(|i| at(corners[i / 4], corners[(i / 4 + 1) % 4], (i % 4) as f64 / 4.0));
+        let corner = (0..16).map(|i| (i % 4 == 0).then_some(i as u32)).collect();
+        RimLoop { points: points.collect(), corner }
+    }
+
+    /// Nodes on a circle inside.
+    fn ring(n: usize, shift: f64) -> Vec<DVec3> {
+        let angle = |i: usize| (i as f64 + shift) * std::f64::consts::TAU / n as f64;
+        (0..n).map(|i| DVec3::new(2.0 + angle(i).cos(), 2.0 + angle(i).sin(), 0.0)).collect()
+    }
+
+    #[test]
+    fn places_go_round_in_order_and_take_every_corner() {
+        for (n, shift) in [(4, 0.3), (5, 0.0), (12, 0.7), (40, 0.1)] {
+            let rim = square();
+            let places = places(&rim, &ring(n, shift), &vec![None; n]).unwrap();
+            let mut corners: Vec<Anchor> = places.iter().map(|p| p.1).filter(|a| *a != Anchor::Curve).collect();
+            corners.sort_by_key(|a| format!("{a:?}"));
+            assert_eq!(corners.len(), 4);
+            corners.dedup();
+            assert_eq!(corners.len(), 4, "each corner once");
+            // Shoelace: a polygon in order on the loop has its area, but for corners cut off.
+            let twice: f64 =
+                (0..n).map(|i| (places[i].0, places[(i + 1) % n].0)).map(|(a, b)| a.x * b.y - b.x * a.y).sum();
+            assert!((twice / 2.0 - 16.0).abs() < 1e-9, "{twice}");
+            let gap = (0..n).map(|i| places[i].0.distance(places[(i + 1) % n].0)).fold(f64::INFINITY, f64::min);
+            assert!(gap > 0.1 * 16.0 / n as f64, "{gap}");
+        }
+    }
+
+    #[test]
+    fn forced_points_are_met_and_too_few_nodes_refused() {
+        let rim = square();
+        let mut forced = vec![None; 12];
+        forced[3] = Some(6);
+        let mut with_end = rim.clone();
+        with_end.corner[6] = Some(99);
+        let places = super::places(&with_end, &ring(12, 0.0), &forced).unwrap();
+        assert_eq!(places[3], (rim.points[6], Anchor::Corner(99)));
+        assert_eq!(places.iter().filter(|p| p.1 != Anchor::Curve).count(), 5);
+        assert!(super::places(&rim, &ring(3, 0.0), &[None; 3]).is_none());
+    }
+
+    #[test]
+    fn pooled_values_never_fall() {
+        assert_eq!(monotone(&[1.0, 3.0, 2.0, 2.0, 5.0]), [1.0, 7.0 / 3.0, 7.0 / 3.0, 7.0 / 3.0, 5.0]);
+    }
+}
