@@ -83,8 +83,9 @@ fn corner_angle(frames: &Frames, h: usize) -> f64 {
     PI - (frames.angle[h] - frames.angle[prev(h)]).rem_euclid(TAU)
 }
 
-/// Cancels pairs of singularities of opposite index nearer than `max_distance` (in the frames' metric) by shifting the matchings
-/// along the edges between them, nearest pairs first. Paths do not touch feature edges. Returns the number of pairs.
+/// Cancels pairs of singularities of opposite index nearer than `max_distance` (in the frames' metric) by shifting the
+/// matchings along the edges between them, nearest pairs first. Paths do not touch feature edges. Returns the number of
+/// pairs.
 pub(super) fn cancel_pairs(
     mesh: &TriMesh,
     frames: &Frames,

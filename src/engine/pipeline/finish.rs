@@ -20,10 +20,9 @@ const OPTIMISE_ITERATIONS: usize = 20;
 const FARTHEST: f64 = 4.0;
 /// From this distance on other connectivity is tried too.
 const FAR: f64 = 1.5;
-
-/// Nearer than this to the surface quads need not come,
+/// Relaxed quads are preferred to merely pulled ones if they come as near to the surface as this, in edges,
 const FAR_ENOUGH: f64 = 0.55;
-/// nor, for the sake of their shape, nearer than this times what can be reached.
+/// or as this times what the pulled ones do.
 const NEARLY: f64 = 1.15;
 
 /// Largest coordinate relative to the diagonal of a component up to which single precision is expected to hold it.

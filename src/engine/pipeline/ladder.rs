@@ -63,6 +63,9 @@ enum Rung {
     Plain(Road),
 }
 
+/// Features this many quad edges around reflex corners are given up first: the quads are certified, so little is wrong.
+const REFLEX: f64 = 0.75;
+
 /// Which of the detected features a rung keeps.
 #[derive(Clone, Copy, PartialEq)]
 enum Keep {
@@ -79,6 +82,7 @@ fn rungs(spec: &RemeshSpec, has_boundary: bool) -> Vec<(Rung, Keep)> {
     let open = is_open.then_some((Rung::Open(spec.smoothing), Keep::Far(0.0)));
     let aligned = [
         (map, Keep::Far(0.0)),
+        (map, Keep::Far(REFLEX)),
         (map, Keep::Far(1.5)),
         (smoother, Keep::Far(0.0)),
         (map, Keep::Far(4.0)),
@@ -174,6 +178,9 @@ fn climb(
             && let Some(Good { solved, .. }) = good.take()
         {
             return Ok(Ok(solved));
+        }
+        if keep == Keep::Far(REFLEX) && good.is_none() {
+            continue;
         }
         let Some(mut component) = climb.component(keep, spec) else { continue };
         if let Rung::Finer(_, factor) = rung {

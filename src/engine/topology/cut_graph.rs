@@ -30,8 +30,8 @@ pub struct CutGraph {
 }
 
 /// Combs the matching and cuts the surface. `quarter_index` is the index in quarters per vertex, used for interior
-/// vertices only; `cost` says per halfedge, the same for twins and not negative, how dear it is to cut it. Returns the cut graph, the combed matching, and per face the quarter turns applied to its chart
-/// (`z_f := i^k z_f`).
+/// vertices only; `cost` says per halfedge, the same for twins and not negative, how dear it is to cut it. Returns
+/// the cut graph, the combed matching, and per face the quarter turns applied to its chart (`z_f := i^k z_f`).
 pub fn cut_and_comb(
     mesh: &TriMesh,
     matching: &Matching,

@@ -1,4 +1,4 @@
-//! The strongest search: every block of strongly coupled integers is brought to its exact optimum, over and over; then
+//! The strongest search: every block of strongly coupled integers is brought to its optimum, over and over; then
 //! a few integers are kicked off it, the blocks around them settle again, and what is better is kept (iterated local
 //! search). Work is counted in visited values, not in seconds, so a result does not depend on the machine.
 
@@ -10,9 +10,9 @@ use crate::engine::run::RunContext;
 
 /// Integers of a block.
 const BLOCK: usize = 12;
-/// Up to so many integers are one block: the result is the exact optimum.
+/// Up to so many integers are one block: the result is the exact optimum unless the work runs out.
 pub(super) const EXACT: usize = 24;
-/// Values that one block may visit at once; the exact search of few integers gets all the work there is.
+/// Values that one block may visit at once; a single block may use all the work that the search is given.
 const WORK_OF_BLOCK: u64 = 50_000;
 /// Integers kicked at a time.
 const KICKED: usize = 3;

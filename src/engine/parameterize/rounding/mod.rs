@@ -16,7 +16,7 @@
 //! | `greedy` | one at a time, the others follow |
 //! | `descend` | steepest single and double steps |
 //! | `r_search` | the thesis: r at a time |
-//! | `block_search` | exact over blocks, with kicks; over everything where there is little |
+//! | `block_search` | exact over blocks as far as the work allows, with kicks; one block where there are few |
 //! | `pulled` | greedy and descent around separations |
 
 mod block_search;

@@ -76,6 +76,8 @@ pub fn reach_out(
 /// A point of the surface and the quad nearest to it.
 struct Far {
     point: DVec3,
+    /// The point of the quads nearest to it.
+    foot: DVec3,
     distance: f64,
     quad: u32,
 }
@@ -99,7 +101,7 @@ fn far_points(ctx: &RunContext, surface: &Surface, quads: &QuadMesh, least: f64)
         }
         let point = surface.mesh.position(v);
         let foot = index.closest(point);
-        Ok(Far { point, distance: foot.distance, quad: foot.face / 4 })
+        Ok(Far { point, foot: foot.position, distance: foot.distance, quad: foot.face / 4 })
     };
     let mut far: Vec<Far> = chosen.par_iter().enumerate().map(look).collect::<Result<_, Cancelled>>()?;
     far.retain(|f| f.distance > least);
@@ -107,8 +109,9 @@ fn far_points(ctx: &RunContext, surface: &Surface, quads: &QuadMesh, least: f64)
     Ok(far)
 }
 
-/// Pulls the best free vertex of the quad nearest to a far point; tells whether it did. Quads at a pulled vertex are
-/// taken for this round.
+/// Pulls the best free vertex of the quad nearest to a far point to it, or else the two ends of a side across: a ridge
+/// between two rows of quads is not reached by one vertex. Tells whether it did. Quads at a pulled vertex are taken for
+/// this round.
 fn pull(
     index: &SurfaceIndex,
     net: &QuadNet,
@@ -117,61 +120,76 @@ fn pull(
     least: f64,
     taken: &mut [bool],
 ) -> bool {
-    let mut free: Vec<u32> =
-        net.quads[far.quad as usize].iter().copied().filter(|&v| net.is_free(v) && net.fan(v).is_some()).collect();
-    free.retain(|&v| net.at[v as usize].iter().all(|&q| !taken[q as usize]));
-    free.sort_by(|&a, &b| {
-        let distance = |v: u32| shaping.positions[v as usize].distance_squared(far.point);
-        distance(a).total_cmp(&distance(b))
-    });
-    for v in free {
-        let vertex = [v];
-        let before = least_qualities(net, shaping, v);
-        let turned_before = turned_over(index, net, shaping, v);
-        let old = shaping.places(&vertex);
+    let quad = net.quads[far.quad as usize];
+    let is_untaken = |v: u32| net.at[v as usize].iter().all(|&q| !taken[q as usize]);
+    let is_free = |&v: &u32| net.is_free(v) && net.fan(v).is_some() && is_untaken(v);
+    let there = |shaping: &Shaping<'_>, v: u32| far.point - shaping.positions[v as usize];
+    let across = far.point - far.foot;
+    let mut ways: Vec<(f64, Vec<u32>)> = Vec::new();
+    for v in quad.iter().copied().filter(is_free) {
+        ways.push((there(shaping, v).length(), vec![v]));
+    }
+    for k in 0..4 {
+        let ends = [quad[k], quad[(k + 1) % 4]];
+        if ends.iter().all(is_free) {
+            // After the single ones: it moves more.
+            let middle = 0.5 * (there(shaping, ends[0]) + there(shaping, ends[1]));
+            ways.push((1e3 * far.distance + middle.length(), ends.to_vec()));
+        }
+    }
+    ways.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (_, vertices) in ways {
+        let mut around: Vec<u32> = vertices.iter().flat_map(|&v| net.at[v as usize].iter().copied()).collect();
+        around.sort_unstable();
+        around.dedup();
+        let before = least_qualities(net, shaping, &around);
+        let turned_before = turned_over(index, net, shaping, &around);
+        let old = shaping.places(&vertices);
         for part in PULLS {
-            shaping.positions[v as usize] = old[0].0.lerp(far.point, part);
-            shaping.draw(&vertex);
-            let now = least_qualities(net, shaping, v);
+            for (&v, old) in vertices.iter().zip(&old) {
+                let way = if vertices.len() == 1 { far.point - old.0 } else { across };
+                shaping.positions[v as usize] = old.0 + part * way;
+            }
+            shaping.draw(&vertices);
+            let now = least_qualities(net, shaping, &around);
             let is_decent = (0..2).all(|k| now[k] >= before[k].min(least));
             if is_decent
-                && distance(net, shaping, v, far.point) <= GAIN * far.distance
-                && turned_over(index, net, shaping, v) <= turned_before
+                && distance(net, shaping, &around, far.point) <= GAIN * far.distance
+                && turned_over(index, net, shaping, &around) <= turned_before
             {
-                net.at[v as usize].iter().for_each(|&q| taken[q as usize] = true);
+                around.iter().for_each(|&q| taken[q as usize] = true);
                 return true;
             }
-            shaping.put_back(&vertex, &old);
+            shaping.put_back(&vertices, &old);
         }
     }
     false
 }
 
-/// The worst corner of the quads at a vertex, against their own normals and against the surface.
-fn least_qualities(net: &QuadNet, shaping: &Shaping<'_>, v: u32) -> [f64; 2] {
+/// The worst corner of some quads, against their own normals and against the surface.
+fn least_qualities(net: &QuadNet, shaping: &Shaping<'_>, slots: &[u32]) -> [f64; 2] {
     let own = |&slot: &u32| {
         let p = net.quads[slot as usize].map(|w| shaping.positions[w as usize]);
         quality(&p, area_vector(&p).normalize_or_zero())
     };
-    let slots = &net.at[v as usize];
     let least = |of: &dyn Fn(&u32) -> f64| slots.iter().map(of).fold(f64::INFINITY, f64::min);
     [least(&own), least(&|&slot| shaping.quality(net, slot))]
 }
 
-/// Quads at a vertex that the certificate would not let pass.
-fn turned_over(index: &SurfaceIndex, net: &QuadNet, shaping: &Shaping<'_>, v: u32) -> usize {
+/// Quads that the certificate would not let pass.
+fn turned_over(index: &SurfaceIndex, net: &QuadNet, shaping: &Shaping<'_>, slots: &[u32]) -> usize {
     let is_over =
         |&&slot: &&u32| is_turned_over(index, &net.quads[slot as usize].map(|w| shaping.positions[w as usize]));
-    net.at[v as usize].iter().filter(is_over).count()
+    slots.iter().filter(is_over).count()
 }
 
-/// Distance from a point to the quads at a vertex.
-fn distance(net: &QuadNet, shaping: &Shaping<'_>, v: u32, point: DVec3) -> f64 {
+/// Distance from a point to some quads.
+fn distance(net: &QuadNet, shaping: &Shaping<'_>, slots: &[u32], point: DVec3) -> f64 {
     let of = |&slot: &u32| {
         let p = net.quads[slot as usize].map(|w| shaping.positions[w as usize]);
         let centre = p.iter().sum::<DVec3>() / 4.0;
         let side = |k: usize| closest_on_triangle(point, &[p[k], p[(k + 1) % 4], centre]).1.distance(point);
         (0..4).map(side).fold(f64::INFINITY, f64::min)
     };
-    net.at[v as usize].iter().map(of).fold(f64::INFINITY, f64::min)
+    slots.iter().map(of).fold(f64::INFINITY, f64::min)
 }

@@ -135,7 +135,7 @@ fn wanted_sizes(state: &State<'_>, target: f64, log_size: &[f64]) -> Vec<f64> {
         let at_vertices: Vec<f64> = (0..state.positions.len()).map(mean).collect();
         logs = state.quads.iter().map(|q| 0.25 * q.iter().map(|&v| at_vertices[v as usize]).sum::<f64>()).collect();
     }
-    let keep = |log: f64| log * (0.3 + log.abs()).min(1.0);
+    let keep = |log: f64| log * (0.2 + log.abs()).min(1.0);
     let mut sizes: Vec<f64> = logs.into_iter().zip(&targets).map(|(log, target)| target * keep(log).exp()).collect();
     let wanted: f64 = sizes.iter().map(|s| s * s).sum();
     let scale = (areas.iter().sum::<f64>() / wanted).sqrt();
