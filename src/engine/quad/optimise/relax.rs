@@ -14,7 +14,7 @@ use crate::engine::run::RunContext;
 
 /// How much the length of a side counts against its direction: 0 pulls quads to squares, 1 to rhombi. Without it the
 /// edges of most models vary more than their angles do.
-const EVENNESS: f64 = 0.35;
+const EVENNESS: f64 = 0.3;
 /// Pull to the last position: keeps the system definite and the steps tangential.
 const STAY: f64 = 0.05;
 /// The same for vertices on curves, which can follow only along one direction.
