@@ -335,3 +335,19 @@ fn smallest_eigenvector(ctx: &RunContext, mesh: &TriMesh, system: &mut System) -
     }
     Ok(system.spread(&x))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_most_stable_share_of_the_area_is_trusted() {
+        let stability: Vec<f64> = (0..100).map(|i| f64::from(i * 37 % 100)).collect();
+        // 20 of 100; and 22 of 110, where the first ten count twice.
+        assert_eq!(trusted_from(&stability, &[1.0; 100]), 80.0);
+        let area: Vec<f64> = stability.iter().map(|&s| if s >= 90.0 { 2.0 } else { 1.0 }).collect();
+        assert_eq!(trusted_from(&stability, &area), 88.0);
+        assert_eq!(trusted_from(&[3.0; 7], &[1.0; 7]), 3.0, "where all are alike all are trusted");
+        assert_eq!(trusted_from(&[], &[]), 0.0);
+    }
+}

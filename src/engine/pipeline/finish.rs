@@ -7,7 +7,7 @@ use crate::engine::fallback::split_draft;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::component::Component;
 use crate::engine::quad::{Bad, OptimiseOptions, QuadDraft};
-use crate::engine::quad::{improve_connectivity, optimise, pillow_quads, reach_out, repair_quads};
+use crate::engine::quad::{count_against, improve_connectivity, optimise, pillow_quads, reach_out, repair_quads};
 use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 
 /// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
@@ -89,7 +89,8 @@ pub(super) fn finish(
     }
     // From here on there is something to deliver, whatever the deadline says.
     let finished = or_deadline(finished, |good| work.better(draft, improve, good))?;
-    let mut finished = or_deadline(finished, |good| work.straightened(good))?;
+    let finished = or_deadline(finished, |good| work.straightened(good))?;
+    let mut finished = or_deadline(finished, |good| work.faced(good))?;
     finished.reflex = reflex_quads(&finished);
     Ok(finished)
 }
@@ -201,6 +202,23 @@ impl Work<'_> {
             best = split;
         }
         Ok(best)
+    }
+
+    /// Certified quads of which fewer turn their back to the surface beneath their middle.
+    fn faced(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
+        let Self { ctx, component, index, .. } = *self;
+        let against = |draft: &QuadDraft| ctx.stage(Stage::Optimise, || count_against(ctx, index, &draft.mesh));
+        let before = against(&good.draft)?;
+        if before == 0 || good.draft.mesh.quads.len() > self.most_improved {
+            return Ok(None);
+        }
+        let mended = ctx
+            .stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, Bad::Against, &[]))?;
+        let Some(mended) = mended.map(|draft| self.judged(draft)).transpose()? else { return Ok(None) };
+        let is_no_worse = mended.refusal.is_none()
+            && mended.away <= (NEARLY * good.away).max(FAR_ENOUGH)
+            && mended.least_corner >= good.least_corner.min(STRAIGHT);
+        Ok((is_no_worse && against(&mended.draft)? < before).then_some(mended))
     }
 
     fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {

@@ -108,6 +108,32 @@ fn the_curl_energy_does_not_change_with_scale_or_rotation() {
     assert!((again - value).abs() < 1e-7 * value, "{again} {value}");
 }
 
+/// So has one whose faces and vertices are numbered otherwise: crosses are carried over by their directions in space.
+#[test]
+fn the_curl_energy_does_not_change_with_numbering() {
+    let (surface, frames, field, _, _) = field_on("genus2", 1200);
+    let mesh = &surface.mesh;
+    let field = CrossField::from_angles(mesh, &frames, field.angle);
+    let value = curl_energy(mesh, &frames, &field).unwrap();
+    let (n, m) = (mesh.n_faces(), mesh.n_vertices() as u32);
+    let face = |f: usize| n - 1 - f;
+    let faces = (0..n).map(|f| {
+        let [a, b, c] = mesh.face(face(f)).map(|v| m - 1 - v);
+        [b, c, a]
+    });
+    let positions = mesh.positions().iter().rev().copied().collect();
+    let other = TriMesh::try_new(positions, faces.collect()).unwrap();
+    let other_frames = Frames::new(&other);
+    let angle = (0..n).map(|f| {
+        let a = field.angle[face(f)];
+        let direction = frames.x[face(f)] * a.cos() + frames.y[face(f)] * a.sin();
+        direction.dot(other_frames.y[f]).atan2(direction.dot(other_frames.x[f]))
+    });
+    let carried = CrossField::from_angles(&other, &other_frames, angle.collect());
+    let again = curl_energy(&other, &other_frames, &carried).unwrap();
+    assert!((again - value).abs() < 1e-7 * value, "{again} {value}");
+}
+
 #[test]
 fn every_search_lowers_its_cost_and_keeps_the_sum_of_indices() {
     for (name, create) in [("genus2", false), ("genus2", true), ("gear", false), ("noisy_blob", true)] {

@@ -15,5 +15,5 @@ mod tests;
 
 pub use pillow::pillow_quads;
 pub use reach::reach_out;
-pub use repair::{Bad, repair_quads};
+pub use repair::{Bad, count_against, repair_quads};
 pub use sequence::improve_connectivity;

@@ -3,6 +3,7 @@
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::quad::QuadDraft;
+use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::net::Change;
 use crate::engine::quad::improve::net::DEAD;
 use crate::engine::quad::improve::net::QuadNet;
@@ -33,6 +34,9 @@ pub enum Bad {
     TurnedOver,
     /// Those, and quads with a corner that is straight or reflex.
     Reflex,
+    /// All these, and quads that only turn their back to the surface beneath their middle: the certificate lets them
+    /// pass, but who looks at no more than that will not.
+    Against,
 }
 
 /// Least scaled Jacobian of a quad that is not [`Bad::Reflex`].
@@ -115,19 +119,45 @@ fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft, which: B
 /// Whether a quad has no area, or turns its back both to the normals beneath its corners and to the one beneath its
 /// middle.
 pub(super) fn is_turned_over(index: &SurfaceIndex, p: &[DVec3; 4]) -> bool {
-    let area = area_vector(p);
-    if area.length() <= 1e-9 * p[0].distance_squared(p[2]).max(p[1].distance_squared(p[3])) {
+    if is_flat(p) {
         return true;
     }
     let around: DVec3 = p.iter().map(|&c| index.smooth_normal(&index.closest(c))).sum();
-    area.dot(around) <= 0.0 && area.dot(index.normal(index.closest(p.iter().sum::<DVec3>() / 4.0).face)) <= 0.0
+    area_vector(p).dot(around) <= 0.0 && is_against(index, p)
+}
+
+/// Whether a quad turns its back to the normal beneath its middle.
+fn is_against(index: &SurfaceIndex, p: &[DVec3; 4]) -> bool {
+    area_vector(p).dot(index.normal(index.closest(p.iter().sum::<DVec3>() / 4.0).face)) <= 0.0
+}
+
+fn is_flat(p: &[DVec3; 4]) -> bool {
+    area_vector(p).length() <= 1e-9 * p[0].distance_squared(p[2]).max(p[1].distance_squared(p[3]))
 }
 
 impl Bad {
     fn has(self, index: &SurfaceIndex, p: &[DVec3; 4]) -> bool {
         let is_reflex = || quality(p, area_vector(p).normalize_or_zero()) < STRAIGHT;
-        self == Self::Reflex && is_reflex() || is_turned_over(index, p)
+        match self {
+            Self::TurnedOver => is_turned_over(index, p),
+            Self::Reflex => is_reflex() || is_turned_over(index, p),
+            Self::Against => is_reflex() || is_flat(p) || is_against(index, p),
+        }
     }
+}
+
+/// How many quads turn their back to the surface beneath their middle.
+///
+/// # Errors
+/// [`Cancelled`] if the run was asked to stop.
+pub fn count_against(ctx: &RunContext, index: &SurfaceIndex, mesh: &QuadMesh) -> Result<usize, Cancelled> {
+    let judge = |(q, quad): (usize, &[u32; 4])| {
+        if q % 1024 == 0 {
+            ctx.check()?;
+        }
+        Ok(usize::from(is_against(index, &quad.map(|v| mesh.positions[v as usize]))))
+    };
+    mesh.quads.par_iter().enumerate().map(judge).sum()
 }
 
 struct Repair<'a> {

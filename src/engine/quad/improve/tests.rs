@@ -15,7 +15,7 @@ use crate::engine::quad::improve::operations::candidates;
 use crate::engine::quad::improve::pillow_quads;
 use crate::engine::quad::improve::reach_out;
 use crate::engine::quad::improve::valence::irregularity;
-use crate::engine::quad::improve::{Bad, repair_quads};
+use crate::engine::quad::improve::{Bad, count_against, repair_quads};
 use crate::engine::quad::optimise::area_vector;
 use crate::engine::quad::optimise::mean_edge;
 use crate::engine::quad::optimise::quality;
@@ -196,7 +196,13 @@ fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
     let index = SurfaceIndex::new(&surface.mesh);
     let ctx = RunContext::silent();
     let good = split(&surface);
-    assert_eq!(repair_quads(&ctx, &surface, &index, &good, Bad::Reflex, &[]).unwrap(), None);
+    for which in [Bad::Reflex, Bad::Against] {
+        assert_eq!(repair_quads(&ctx, &surface, &index, &good, which, &[]).unwrap(), None);
+    }
+    assert_eq!(count_against(&ctx, &index, &good.mesh).unwrap(), 0);
+    let mut turned = good.mesh.clone();
+    turned.quads[3].reverse();
+    assert_eq!(count_against(&ctx, &index, &turned).unwrap(), 1);
     let mut folded = good.clone();
     let centre = folded.mesh.quads[600][2] as usize;
     let away = folded.mesh.quads[600][0] as usize;
