@@ -13,7 +13,7 @@ use crate::engine::quad::fill::FillError;
 use crate::engine::quad::fill::embedded_graph::{EmbeddedGraph, GraphNode, Tag};
 use crate::engine::quad::fill::faces::Faces;
 use crate::engine::quad::fill::rim_places::{distance, places};
-use crate::engine::run::RunContext;
+use crate::engine::run::{Cancelled, RunContext};
 
 /// Nodes nearer to the loop than this part of their arcs leave too little room for a quad.
 const TOO_NEAR: f64 = 0.5;
@@ -30,7 +30,7 @@ pub(crate) struct RimLoop {
 /// A grid line that ends at a boundary loop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exit {
-    /// The node where its last arc would begin, and the dart before it there.
+    /// The last node on it.
     pub(crate) node: u32,
     /// The dart clockwise of it at that node.
     pub(crate) before: u32,
@@ -53,12 +53,13 @@ pub(crate) fn add_rims(
 ) -> Result<(), FillError> {
     let mut around = Around::new(graph, exits, loops.len())?;
     around.peel(graph);
-    for (rim, points) in loops.iter().enumerate() {
+    let walks = around.walks(graph);
+    for (points, walk) in loops.iter().zip(walks) {
         ctx.check()?;
-        around.make_room(graph, rim, points);
+        around.make_room(ctx, graph, walk.unwrap_or_default(), points)?;
     }
     around.peel(graph);
-    let walks: Option<Vec<Vec<u32>>> = (0..loops.len()).map(|rim| around.walk(graph, rim)).collect();
+    let walks: Option<Vec<Vec<u32>>> = around.walks(graph).into_iter().collect();
     let walks = walks.ok_or(FillError::Stuck { step: "walking around a boundary loop" })?;
     for (rim, (points, walk)) in loops.iter().zip(&walks).enumerate() {
         ctx.check()?;
@@ -68,7 +69,8 @@ pub(crate) fn add_rims(
             forced[at.ok_or(FillError::Stuck { step: "leading a feature to the boundary" })?] = Some(end);
         }
         let nodes: Vec<DVec3> = walk.iter().map(|&d| graph.nodes[graph.origin(d) as usize].position).collect();
-        let places = places(points, &nodes, &forced).ok_or(FillError::Stuck { step: "placing a row of quads" })?;
+        let places =
+            places(ctx, points, &nodes, &forced)?.ok_or(FillError::Stuck { step: "placing a row of quads" })?;
         draw(graph, walk, &places, &forced);
     }
     Ok(())
@@ -77,7 +79,7 @@ pub(crate) fn add_rims(
 /// What lies between the grid and the loops while arcs of the grid are taken away.
 struct Around {
     faces: Faces,
-    /// Union of faces that have become one.
+    /// Union of faces that have become one; the parent is never the greater of two.
     parent: Vec<u32>,
     /// Per loop, a face of the one that it lies in.
     face: Vec<u32>,
@@ -100,13 +102,12 @@ impl Around {
         Ok(Self { parent: (0..faces.first.len() as u32).collect(), faces, face, ends })
     }
 
-    fn face_of(&self, d: u32) -> u32 {
-        self.root(self.faces.of[d as usize])
-    }
-
-    fn root(&self, mut face: u32) -> u32 {
+    fn face_of(&mut self, d: u32) -> u32 {
+        let mut face = self.faces.of[d as usize];
         while self.parent[face as usize] != face {
-            face = self.parent[face as usize];
+            let above = self.parent[self.parent[face as usize] as usize];
+            self.parent[face as usize] = above;
+            face = above;
         }
         face
     }
@@ -143,9 +144,16 @@ impl Around {
         }
     }
 
-    /// Removes nodes beside the loop that are too near to it, where nothing but the face of the loop is lost.
-    fn make_room(&mut self, graph: &mut EmbeddedGraph, rim: usize, points: &RimLoop) {
-        for d in self.walk(graph, rim).unwrap_or_default() {
+    /// Removes nodes of a walk that are too near to its loop, where nothing but the face of the loop is lost.
+    fn make_room(
+        &mut self,
+        ctx: &RunContext,
+        graph: &mut EmbeddedGraph,
+        walk: Vec<u32>,
+        points: &RimLoop,
+    ) -> Result<(), Cancelled> {
+        for d in walk {
+            ctx.check()?;
             let node = graph.origin(d);
             let anchor = graph.nodes[node as usize].anchor;
             let may_go = anchor == Anchor::Surface || anchor == Anchor::Curve && self.ends.contains_key(&node);
@@ -168,18 +176,31 @@ impl Around {
                 }
             }
         }
+        Ok(())
     }
 
-    /// The darts around the face of a loop; `None` if they are not one walk.
-    fn walk(&self, graph: &EmbeddedGraph, rim: usize) -> Option<Vec<u32>> {
-        let wanted = self.root(self.face[rim]);
-        if (0..self.face.len()).any(|other| other != rim && self.root(self.face[other]) == wanted) {
-            return None;
+    /// Per loop the darts around its face; `None` if they are not one walk, or the face has another loop too.
+    fn walks(&mut self, graph: &EmbeddedGraph) -> Vec<Option<Vec<u32>>> {
+        // Parents come first, so one pass is enough.
+        for face in 0..self.parent.len() {
+            self.parent[face] = self.parent[self.parent[face] as usize];
         }
-        let darts: Vec<u32> =
-            (0..graph.n_darts()).filter(|&d| graph.is_alive(d) && self.face_of(d) == wanted).collect();
-        let walk: Vec<u32> = graph.face(*darts.first()?).collect();
-        (walk.len() == darts.len()).then_some(walk)
+        let root = |face: u32| self.parent[face as usize];
+        let mut loops: BTreeMap<u32, usize> = BTreeMap::new();
+        self.face.iter().for_each(|&face| *loops.entry(root(face)).or_default() += 1);
+        let mut darts: BTreeMap<u32, (u32, usize)> = BTreeMap::new();
+        for d in (0..graph.n_darts()).filter(|&d| graph.is_alive(d)) {
+            let face = root(self.faces.of[d as usize]);
+            if loops.contains_key(&face) {
+                darts.entry(face).or_insert((d, 0)).1 += 1;
+            }
+        }
+        let walk = |&face: &u32| {
+            let &(first, n) = darts.get(&root(face)).filter(|_| loops[&root(face)] == 1)?;
+            let walk: Vec<u32> = graph.face(first).collect();
+            (walk.len() == n).then_some(walk)
+        };
+        self.face.iter().map(walk).collect()
     }
 }
 

@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::engine::mesh::closest_on_segment;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::fill::rim::RimLoop;
+use crate::engine::run::{Cancelled, RunContext};
 
 /// Neighbours on the loop are at least this part of their mean distance apart.
 const LEAST_GAP: f64 = 0.3;
@@ -55,21 +56,34 @@ pub(super) fn distance(rim: &RimLoop, p: DVec3) -> f64 {
 /// Positions and anchors on the loop for nodes that go around it in its order; `forced` says which point of the loop
 /// some of them must get. `None` if there are too few nodes for the corners of the loop, or they do not go around it
 /// once.
-pub(super) fn places(rim: &RimLoop, nodes: &[DVec3], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+pub(super) fn places(
+    ctx: &RunContext,
+    rim: &RimLoop,
+    nodes: &[DVec3],
+    forced: &[Option<usize>],
+) -> Result<Option<Vec<(DVec3, Anchor)>>, Cancelled> {
     let n = rim.points.len();
     let mut at = vec![0.0; n + 1];
     for i in 0..n {
         at[i + 1] = at[i] + rim.points[i].distance(rim.points[(i + 1) % n]);
     }
     let measured = Measured { rim, at };
-    let total = measured.total();
-    let near: Vec<(f64, f64)> = nodes.iter().map(|&p| measured.nearest(p)).collect();
+    let look = |&p: &DVec3| {
+        ctx.check()?;
+        Ok(measured.nearest(p))
+    };
+    let near = nodes.iter().map(look).collect::<Result<Vec<(f64, f64)>, Cancelled>>()?;
+    Ok(in_order(&measured, &near, forced))
+}
+
+/// Places by the nearest points, as arc length and distance.
+fn in_order(measured: &Measured<'_>, near: &[(f64, f64)], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+    let (rim, total) = (measured.rim, measured.total());
     // Around the loop from the node that is surest of its place.
     let is_forced = |i: &usize| forced[*i].is_some();
-    let first = (0..nodes.len())
-        .find(is_forced)
-        .or_else(|| (0..nodes.len()).min_by(|&a, &b| near[a].1.total_cmp(&near[b].1)))?;
-    let order: Vec<usize> = (0..nodes.len()).map(|k| (first + k) % nodes.len()).collect();
+    let first =
+        (0..near.len()).find(is_forced).or_else(|| (0..near.len()).min_by(|&a, &b| near[a].1.total_cmp(&near[b].1)))?;
+    let order: Vec<usize> = (0..near.len()).map(|k| (first + k) % near.len()).collect();
     let start = forced[first].map_or(near[first].0, |point| measured.at[point]);
     let mut wished = vec![start];
     for &i in &order[1..] {
@@ -83,9 +97,9 @@ pub(super) fn places(rim: &RimLoop, nodes: &[DVec3], forced: &[Option<usize>]) -
     if (turned - total).abs() > 0.5 * total {
         return None;
     }
-    let fixed = fixed_places(&measured, &order, &wished, forced)?;
+    let fixed = fixed_places(measured, &order, &wished, forced)?;
     let place = spread(&wished, &fixed, total);
-    let mut places = vec![(DVec3::ZERO, Anchor::Curve); nodes.len()];
+    let mut places = vec![(DVec3::ZERO, Anchor::Curve); near.len()];
     for (k, &i) in order.iter().enumerate() {
         places[i] = match fixed[k] {
             Some((point, _)) => (rim.points[point], rim.corner[point].map_or(Anchor::Curve, Anchor::Corner)),
@@ -182,6 +196,10 @@ fn monotone(values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    fn placed(rim: &RimLoop, nodes: &[DVec3], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+        places(&RunContext::silent(), rim, nodes, forced).unwrap()
+    }
+
     fn square() -> RimLoop {
         let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)];
         let at = |a: (f64, f64), b: (f64, f64), t: f64| DVec3::new(a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), 0.0);
@@ -200,7 +218,7 @@ mod tests {
     fn places_go_round_in_order_and_take_every_corner() {
         for (n, shift) in [(4, 0.3), (5, 0.0), (12, 0.7), (40, 0.1)] {
             let rim = square();
-            let places = places(&rim, &ring(n, shift), &vec![None; n]).unwrap();
+            let places = placed(&rim, &ring(n, shift), &vec![None; n]).unwrap();
             let mut corners: Vec<Anchor> = places.iter().map(|p| p.1).filter(|a| *a != Anchor::Curve).collect();
             corners.sort_by_key(|a| format!("{a:?}"));
             assert_eq!(corners.len(), 4);
@@ -222,10 +240,10 @@ mod tests {
         forced[3] = Some(6);
         let mut with_end = rim.clone();
         with_end.corner[6] = Some(99);
-        let places = super::places(&with_end, &ring(12, 0.0), &forced).unwrap();
+        let places = placed(&with_end, &ring(12, 0.0), &forced).unwrap();
         assert_eq!(places[3], (rim.points[6], Anchor::Corner(99)));
         assert_eq!(places.iter().filter(|p| p.1 != Anchor::Curve).count(), 5);
-        assert!(super::places(&rim, &ring(3, 0.0), &[None; 3]).is_none());
+        assert!(placed(&rim, &ring(3, 0.0), &[None; 3]).is_none());
     }
 
     #[test]
