@@ -110,8 +110,8 @@ pub(super) fn grid_graph(
     for port_out in &mut out {
         let (start, end) = (nodes.first_port[port_out.node as usize], nodes.first_port[port_out.node as usize + 1]);
         let clockwise = (start..port_out.port).rev().chain((port_out.port + 1..end).rev());
-        let darts = clockwise.map(|p| dart[p as usize]);
-        port_out.before = darts.filter(|&d| d != u32::MAX).next().unwrap_or(u32::MAX);
+        let mut darts = clockwise.map(|p| dart[p as usize]);
+        port_out.before = darts.find(|&d| d != u32::MAX).unwrap_or(u32::MAX);
     }
     out.retain(|port_out| port_out.before != u32::MAX);
     Ok((graph, out))
