@@ -26,4 +26,5 @@ mod tests;
 pub use complete::FillReport;
 pub(crate) use complete::{FillError, complete};
 pub(crate) use embedded_graph::{EmbeddedGraph, GraphArc, GraphNode, Tag};
-pub(crate) use rim::{Exit, RimLoop, add_rims};
+pub(crate) use rim::{Exit, add_rims};
+pub(crate) use rim_places::RimLoop;

@@ -12,20 +12,11 @@ use crate::engine::quad::Anchor;
 use crate::engine::quad::fill::FillError;
 use crate::engine::quad::fill::embedded_graph::{EmbeddedGraph, GraphNode, Tag};
 use crate::engine::quad::fill::faces::Faces;
-use crate::engine::quad::fill::rim_places::{distance, places};
+use crate::engine::quad::fill::rim_places::{RimLoop, distance, places};
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Nodes nearer to the loop than this part of their arcs leave too little room for a quad.
 const TOO_NEAR: f64 = 0.5;
-
-/// A boundary loop, as it is seen from outside the surface: the surface lies to the right.
-#[derive(Clone, Debug)]
-pub(crate) struct RimLoop {
-    /// Its points in order.
-    pub(crate) points: Vec<DVec3>,
-    /// Per point, the corner that it is.
-    pub(crate) corner: Vec<Option<u32>>,
-}
 
 /// A grid line that ends at a boundary loop.
 #[derive(Clone, Copy, Debug)]

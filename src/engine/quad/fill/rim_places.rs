@@ -4,11 +4,19 @@ use glam::DVec3;
 
 use crate::engine::mesh::closest_on_segment;
 use crate::engine::quad::Anchor;
-use crate::engine::quad::fill::rim::RimLoop;
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Neighbours on the loop are at least this part of their mean distance apart.
 const LEAST_GAP: f64 = 0.3;
+
+/// A boundary loop, as it is seen from outside the surface: the surface lies to the right.
+#[derive(Clone, Debug)]
+pub(crate) struct RimLoop {
+    /// Its points in order.
+    pub(crate) points: Vec<DVec3>,
+    /// Per point, the corner that it is.
+    pub(crate) corner: Vec<Option<u32>>,
+}
 
 /// A loop by arc length.
 struct Measured<'a> {
