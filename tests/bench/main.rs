@@ -8,15 +8,15 @@
 //! ```
 //!
 //! `rounding`: one line per component with integers: energies relative to direct rounding over random real optima, as
-//! the thesis gives them (61.0, 63.8 and 54.8 % for greedy, r = 1 and r = 3 on the bunny), then energies relative to ½‖X‖²: predicted,
-//! found, and with separations. The thesis has no sharp edges that must be followed: `--features` follows them, and then
-//! only energies relative to ½‖X‖² mean something, for the integers of feature lines are no translations of the cut graph.
-//! Branch points as found (`--optimise none`) come nearest to its figures.
+//! the thesis gives them (61.0, 63.8 and 54.8 % for greedy, r = 1 and r = 3 on the bunny), then energies relative to
+//! ½‖X‖²: predicted, found, and with separations. The thesis has no sharp edges that must be followed: `--features`
+//! follows them, and then only energies relative to ½‖X‖² mean something, for the integers of feature lines are no
+//! translations of the cut graph. Branch points as found (`--optimise none`) come nearest to its figures.
 //!
 //! `curve`: per component, the curl energy and the number of branch points after every batch of moves that was kept,
 //! with about the seconds until then: the share of the energies computed so far in the time of the field. Those of the
-//! coarse mesh cost less than those of the working mesh, and the making of that mesh is counted too. The number of points jumps where
-//! the search goes on from the coarse mesh to the working mesh, and so may the energy.
+//! coarse mesh cost less than those of the working mesh, and the making of that mesh is counted too. The number of points
+//! jumps where the search goes on from the coarse mesh to the working mesh, and so may the energy.
 
 mod curve;
 mod model;

@@ -72,7 +72,7 @@ pub(super) struct Refusal {
 /// Optimises a draft and asks the certificate. Where the optimised quads fail, single bad ones are mended; after that
 /// the connectivity of all is improved once, and at last the draft is mended and judged as it came: where the surface
 /// is folded below the size of the quads, moving them does more harm than good. Good quads then reach out for what they
-/// cut off.
+/// cut off, straight and reflex corners are mended, and at last quads that turn their back to the surface.
 pub(super) fn finish(
     ctx: &RunContext,
     component: &Component,
@@ -207,9 +207,12 @@ impl Work<'_> {
     /// Certified quads of which fewer turn their back to the surface beneath their middle.
     fn faced(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
         let Self { ctx, component, index, .. } = *self;
+        if good.draft.mesh.quads.len() > self.most_improved {
+            return Ok(None);
+        }
         let against = |draft: &QuadDraft| ctx.stage(Stage::Optimise, || count_against(ctx, index, &draft.mesh));
         let before = against(&good.draft)?;
-        if before == 0 || good.draft.mesh.quads.len() > self.most_improved {
+        if before == 0 {
             return Ok(None);
         }
         let mended = ctx

@@ -66,6 +66,9 @@ enum Rung {
 /// Features this many quad edges around reflex corners are given up first: the quads are certified, so little is wrong.
 const REFLEX: f64 = 0.75;
 
+/// What a warning begins with when a rung above `Map` has failed.
+const NOT_FREE: &str = "the boundary is followed, it could not be left free:";
+
 /// Which of the detected features a rung keeps.
 #[derive(Clone, Copy, PartialEq)]
 enum Keep {
@@ -76,9 +79,9 @@ enum Keep {
 
 /// The rungs in order. Features near failed quads are detail below the size of the quads, and go first; all go before
 /// the map does only when pairs of triangles could not keep them either.
-fn rungs(spec: &RemeshSpec, has_boundary: bool) -> Vec<(Rung, Keep)> {
+fn rungs(component: &Component, spec: &RemeshSpec) -> Vec<(Rung, Keep)> {
     let (map, smoother) = (Rung::Map(spec.smoothing), Rung::Map(0.5 + 0.5 * spec.smoothing));
-    let is_open = spec.boundary == Boundary::Free && has_boundary;
+    let is_open = spec.boundary == Boundary::Free && component.surface.mesh.topology().boundaries > 0;
     let open = is_open.then_some((Rung::Open(spec.smoothing), Keep::Far(0.0)));
     let aligned = [
         (map, Keep::Far(0.0)),
@@ -171,8 +174,7 @@ fn climb(
         warnings: Vec::new(),
     };
     let mut last = String::new();
-    let has_boundary = component.surface.mesh.topology().boundaries > 0;
-    for (rung, keep) in rungs(spec, has_boundary) {
+    for (rung, keep) in rungs(component, spec) {
         ctx.check()?;
         if !matches!(rung, Rung::Map(_))
             && let Some(Good { solved, .. }) = good.take()
@@ -262,7 +264,10 @@ fn climb(
             *good = Some(solved);
             continue;
         };
-        climb.warnings.push(format!("quads of level {level:?} were not certified: {}", refusal.cause));
+        climb.warnings.push(match rung {
+            Rung::Open(_) => format!("{NOT_FREE} {}", refusal.cause),
+            _ => format!("quads of level {level:?} were not certified: {}", refusal.cause),
+        });
         if map.is_some() && keep != Keep::None {
             climb.places.extend(refusal.places);
         }
@@ -311,19 +316,17 @@ impl Climb<'_> {
             let options = method_options(component, &working, spec, smoothing, branch_points);
             by_map(ctx, working, &QuadCoverOptions { boundary_free, ..options })
         };
+        let no_map = if boundary_free { NOT_FREE } else { "no quads from the map:" };
         match catch_unwind(AssertUnwindSafe(by_map)) {
             Ok(Ok(found)) => return Ok(Some(found)),
             Ok(Err(Failure::Cancelled(c))) => return Err(c),
             Ok(Err(Failure::Cause(cause, map))) => {
-                self.warnings.push(match boundary_free {
-                    true => format!("the boundary is followed, it could not be left free: {cause}"),
-                    false => format!("no quads from the map: {cause}"),
-                });
+                self.warnings.push(format!("{no_map} {cause}"));
                 // Without a map another field fails the same way: too many integers, or a failed solve.
                 self.no_second_field |= !boundary_free && map.as_deref().is_none_or(is_hopeless);
                 self.map = self.map.take().or(map.map(|map| *map));
             }
-            Err(_) => self.warnings.push("no quads from the map: an internal error was contained".to_owned()),
+            Err(_) => self.warnings.push(format!("{no_map} an internal error was contained")),
         }
         Ok(None)
     }

@@ -73,7 +73,8 @@ pub enum BoundaryName {
     /// The field follows them and they become quad edges.
     #[default]
     Align,
-    /// The field crosses them at any angle; not available in this version.
+    /// The field crosses them at any angle, and a row of quads lies along each; not together with `symmetry`. Where a
+    /// row has no room, the boundary is aligned, with a warning.
     Free,
 }
 

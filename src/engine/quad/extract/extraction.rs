@@ -197,7 +197,7 @@ fn rims(mesh: &TriMesh, features: &Features, out: &[PortOut]) -> (Vec<Exit>, Vec
     }
     let exit = |out: &PortOut| {
         let (rim, point) = place[out.halfedge];
-        Exit { node: out.node, before: out.before, rim, end: out.is_feature.then_some(point) }
+        Exit { before: out.before, rim, end: out.is_feature.then_some(point) }
     };
     (out.iter().map(exit).collect(), loops)
 }

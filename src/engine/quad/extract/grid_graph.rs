@@ -19,8 +19,6 @@ use crate::engine::run::RunContext;
 /// A port whose grid line ends at the boundary.
 pub(super) struct PortOut {
     port: u32,
-    /// The node of the port.
-    pub(super) node: u32,
     /// The dart clockwise of the port at its node.
     pub(super) before: u32,
     /// The boundary halfedge that the line meets; a feature meets its origin.
@@ -69,7 +67,7 @@ pub(super) fn grid_graph(
             None => continue,
             Some(Arrival::Outside { halfedge }) => {
                 let is_feature = matches!(nodes.ports[port as usize], Port::Along { .. });
-                out.push(PortOut { port, node: node_of_port[port as usize], halfedge, is_feature, before: u32::MAX });
+                out.push(PortOut { port, halfedge, is_feature, before: u32::MAX });
                 continue;
             }
             Some(Arrival::Node { port, collapsed }) => (port, collapsed),
@@ -108,7 +106,8 @@ pub(super) fn grid_graph(
     });
     let graph = EmbeddedGraph::new(graph_nodes, &arcs, rotation);
     for port_out in &mut out {
-        let (start, end) = (nodes.first_port[port_out.node as usize], nodes.first_port[port_out.node as usize + 1]);
+        let node = node_of_port[port_out.port as usize] as usize;
+        let (start, end) = (nodes.first_port[node], nodes.first_port[node + 1]);
         let clockwise = (start..port_out.port).rev().chain((port_out.port + 1..end).rev());
         let mut darts = clockwise.map(|p| dart[p as usize]);
         port_out.before = darts.find(|&d| d != u32::MAX).unwrap_or(u32::MAX);

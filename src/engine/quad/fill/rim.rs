@@ -12,7 +12,7 @@ use crate::engine::quad::Anchor;
 use crate::engine::quad::fill::FillError;
 use crate::engine::quad::fill::embedded_graph::{EmbeddedGraph, GraphNode, Tag};
 use crate::engine::quad::fill::faces::Faces;
-use crate::engine::quad::fill::rim_places::{RimLoop, distance, places};
+use crate::engine::quad::fill::rim_places::{RimLoop, places};
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Nodes nearer to the loop than this part of their arcs leave too little room for a quad.
@@ -21,9 +21,7 @@ const TOO_NEAR: f64 = 0.5;
 /// A grid line that ends at a boundary loop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exit {
-    /// The last node on it.
-    pub(crate) node: u32,
-    /// The dart clockwise of it at that node.
+    /// The dart clockwise of it at its last node.
     pub(crate) before: u32,
     /// Number of the loop.
     pub(crate) rim: usize,
@@ -74,7 +72,8 @@ struct Around {
     parent: Vec<u32>,
     /// Per loop, a face of the one that it lies in.
     face: Vec<u32>,
-    /// Per node from which a feature goes on to the boundary, the loop and the point of it.
+    /// Per node from which a feature goes on to the boundary, the loop and the point of it. Of two features that leave one
+    /// node this keeps one; the certificate then misses the other.
     ends: BTreeMap<u32, (usize, usize)>,
 }
 
@@ -89,7 +88,8 @@ impl Around {
             |votes: &BTreeMap<u32, usize>| votes.iter().max_by_key(|v| (v.1, std::cmp::Reverse(v.0))).map(|v| *v.0);
         let face: Option<Vec<u32>> = votes.iter().map(most).collect();
         let face = face.ok_or(FillError::Stuck { step: "finding grid lines that end at a boundary loop" })?;
-        let ends = exits.iter().filter_map(|exit| Some((exit.node, (exit.rim, exit.end?)))).collect();
+        let end = |exit: &Exit| Some((graph.origin(exit.before), (exit.rim, exit.end?)));
+        let ends = exits.iter().filter_map(end).collect();
         Ok(Self { parent: (0..faces.first.len() as u32).collect(), faces, face, ends })
     }
 
@@ -155,7 +155,7 @@ impl Around {
             let here = graph.nodes[node as usize].position;
             let length = |d: &u32| graph.nodes[graph.target(*d) as usize].position.distance(here);
             let mean = darts.iter().map(length).sum::<f64>() / darts.len() as f64;
-            if distance(points, here) > TOO_NEAR * mean {
+            if points.nearest(here).distance > TOO_NEAR * mean {
                 continue;
             }
             for d in darts {

@@ -1,5 +1,7 @@
 //! Where the vertices of a rim lie on a boundary loop: in order, near their partners, corners on corners.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use crate::engine::mesh::closest_on_segment;
@@ -18,6 +20,31 @@ pub(crate) struct RimLoop {
     pub(crate) corner: Vec<Option<u32>>,
 }
 
+/// The point of a loop nearest to another.
+pub(super) struct Nearest {
+    /// It is on the segment from this point of the loop to the next,
+    segment: usize,
+    /// at this part of it.
+    t: f64,
+    pub(super) distance: f64,
+}
+
+impl RimLoop {
+    /// The nearest point of the loop. Linear in its size.
+    pub(super) fn nearest(&self, p: DVec3) -> Nearest {
+        let next = |i: usize| self.points[(i + 1) % self.points.len()];
+        let mut best = Nearest { segment: 0, t: 0.0, distance: f64::INFINITY };
+        for (segment, &a) in self.points.iter().enumerate() {
+            let (t, q) = closest_on_segment(p, a, next(segment));
+            let distance = q.distance(p);
+            if distance < best.distance {
+                best = Nearest { segment, t, distance };
+            }
+        }
+        best
+    }
+}
+
 /// A loop by arc length.
 struct Measured<'a> {
     rim: &'a RimLoop,
@@ -32,16 +59,8 @@ impl Measured<'_> {
 
     /// Arc length and distance of the nearest point.
     fn nearest(&self, p: DVec3) -> (f64, f64) {
-        let points = &self.rim.points;
-        let mut best = (0.0, f64::INFINITY);
-        for (i, &a) in points.iter().enumerate() {
-            let (t, q) = closest_on_segment(p, a, points[(i + 1) % points.len()]);
-            let distance = q.distance(p);
-            if distance < best.1 {
-                best = (self.at[i] + t * (self.at[i + 1] - self.at[i]), distance);
-            }
-        }
-        best
+        let Nearest { segment: i, t, distance } = self.rim.nearest(p);
+        (self.at[i] + t * (self.at[i + 1] - self.at[i]), distance)
     }
 
     fn position(&self, s: f64) -> DVec3 {
@@ -52,13 +71,6 @@ impl Measured<'_> {
         let t = if length > 0.0 { (s - self.at[i]) / length } else { 0.0 };
         points[i].lerp(points[(i + 1) % points.len()], t.clamp(0.0, 1.0))
     }
-}
-
-/// Distance of a point from a loop.
-pub(super) fn distance(rim: &RimLoop, p: DVec3) -> f64 {
-    let next = |i: usize| rim.points[(i + 1) % rim.points.len()];
-    let distance = |(i, &a): (usize, &DVec3)| closest_on_segment(p, a, next(i)).1.distance(p);
-    rim.points.iter().enumerate().map(distance).fold(f64::INFINITY, f64::min)
 }
 
 /// Positions and anchors on the loop for nodes that go around it in its order; `forced` says which point of the loop
@@ -125,7 +137,9 @@ fn fixed_places(
     forced: &[Option<usize>],
 ) -> Option<Vec<Option<(usize, f64)>>> {
     let (start, total) = (wished[0], measured.total());
-    let holder = |p: usize| order.iter().position(|&i| forced[i] == Some(p));
+    let holders: BTreeMap<usize, usize> =
+        order.iter().enumerate().rev().filter_map(|(k, &i)| Some((forced[i]?, k))).collect();
+    let holder = |p: usize| holders.get(&p).copied();
     let mut corners: Vec<(f64, usize)> = (0..measured.rim.points.len())
         .filter(|&p| measured.rim.corner[p].is_some() || holder(p).is_some())
         .map(|p| (start + (measured.at[p] - start).rem_euclid(total), p))
