@@ -69,7 +69,7 @@ fn cross(form: &mut Form, cut: &CutGraph, n_vertices: usize, h: usize) {
     }
 }
 
-fn turn(form: &mut Form, quarters: u8) {
+pub(super) fn turn(form: &mut Form, quarters: u8) {
     for term in form {
         term.quarters = (term.quarters + quarters) & 3;
     }

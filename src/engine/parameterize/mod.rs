@@ -6,6 +6,7 @@ mod generators;
 mod grid_map;
 mod measure;
 mod poisson;
+mod quantise;
 mod reduced;
 mod rounding;
 mod seamless_map;

@@ -50,6 +50,18 @@ impl Unknowns {
         Self { forms, place, n_continuous: n_continuous as usize, n_integers: n_integers as usize }
     }
 
+    /// The same unknowns with integers that may take any real value: they come after the others.
+    pub(super) fn relaxed(&self) -> Self {
+        let mut relaxed = self.clone();
+        for place in &mut relaxed.place {
+            if let Place::Integer(i) = *place {
+                *place = Place::Continuous(self.n_continuous as u32 + i);
+            }
+        }
+        (relaxed.n_continuous, relaxed.n_integers) = (self.n_continuous + self.n_integers, 0);
+        relaxed
+    }
+
     /// All raw unknowns from the values of the two blocks.
     pub(super) fn expand(&self, z: &[f64], q: &[f64]) -> Vec<f64> {
         let value = |x: u32| match self.place[x as usize] {
@@ -67,8 +79,8 @@ pub(super) struct Reduced {
     pub(super) zz: Vec<(u32, u32, f64)>,
     /// Per integer, its column of couplings to continuous unknowns, sorted.
     pub(super) zq: Vec<Vec<(u32, f64)>>,
-    /// Dense, row after row.
-    pub(super) qq: Vec<f64>,
+    /// Entries of the full symmetric block, repeated ones to be summed.
+    pub(super) qq: Vec<(u32, u32, f64)>,
     pub(super) b_z: Vec<f64>,
     pub(super) b_q: Vec<f64>,
 }
@@ -80,7 +92,7 @@ impl Reduced {
         let mut r = Self {
             zz: Vec::with_capacity(raw.lower.len()),
             zq: vec![Vec::new(); nq],
-            qq: vec![0.0; nq * nq],
+            qq: Vec::new(),
             b_z: vec![0.0; nz],
             b_q: vec![0.0; nq],
         };
@@ -116,9 +128,7 @@ impl Reduced {
         match (row, column) {
             (Place::Continuous(i), Place::Continuous(j)) if i >= j => self.zz.push((i, j, v)),
             (Place::Continuous(i), Place::Integer(j)) => self.zq[j as usize].push((i, v)),
-            (Place::Integer(i), Place::Integer(j)) => {
-                self.qq[i as usize * self.b_q.len() + j as usize] += v;
-            }
+            (Place::Integer(i), Place::Integer(j)) => self.qq.push((i, j, v)),
             _ => {}
         }
     }
@@ -133,6 +143,17 @@ impl Reduced {
         factor.refactor(&HermitianMatrix::from_lower(self.b_z.len(), &self.zz))
     }
 
+    /// The energy of unknowns at this scale, up to a constant.
+    pub(super) fn energy(&self, scale: f64, z: &[f64], q: &[f64]) -> f64 {
+        let both = |(i, j, v): &(u32, u32, f64)| if i == j { *v } else { 2.0 * v } * z[*i as usize] * z[*j as usize];
+        let zz: f64 = self.zz.iter().map(both).sum();
+        let column =
+            |(column, q): (&Vec<(u32, f64)>, &f64)| q * column.iter().map(|&(i, v)| v * z[i as usize]).sum::<f64>();
+        let zq: f64 = self.zq.iter().zip(q).map(column).sum();
+        let qq: f64 = self.qq.iter().map(|&(i, j, v)| v * q[i as usize] * q[j as usize]).sum();
+        zz + 2.0 * zq + qq - 2.0 * scale * (dot(&self.b_z, z) + dot(&self.b_q, q))
+    }
+
     /// The best continuous unknowns for given integers: `L_zz z = scale · b_z − L_zq q`.
     pub(super) fn solve_continuous(&self, factor: &Cholesky<f64>, scale: f64, q: &[f64]) -> Vec<f64> {
         let mut z: Vec<f64> = self.b_z.iter().map(|b| scale * b).collect();
@@ -144,6 +165,10 @@ impl Reduced {
         factor.solve(&mut z);
         z
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Sums entries at the same place.

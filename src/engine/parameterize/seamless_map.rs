@@ -16,10 +16,11 @@ use crate::engine::parameterize::elimination::Elimination;
 use crate::engine::parameterize::generators::generators;
 use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
 use crate::engine::parameterize::poisson::{Quadratic, assemble};
+use crate::engine::parameterize::quantise::quantise;
 use crate::engine::parameterize::reduced::{Reduced, Unknowns};
 use crate::engine::parameterize::rounding::Periods;
 use crate::engine::parameterize::rounding::RoundingStatistics;
-use crate::engine::parameterize::separation::{Elements, separations};
+use crate::engine::parameterize::separation::{Elements, Separation, separations};
 use crate::engine::parameterize::shortest_cut::cut_costs;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
@@ -49,6 +50,12 @@ pub enum MapError {
         /// Number of such positions.
         n: usize,
     },
+    /// Neither the period matrix nor a flow gave integers.
+    #[error("no flow was found for the {n} integers of the map")]
+    NoFlow {
+        /// Number of integers.
+        n: usize,
+    },
     /// More integers than the period matrix can be held for.
     #[error("the map has {n} integers, more than the limit of {limit}")]
     TooManyIntegers {
@@ -59,9 +66,10 @@ pub enum MapError {
     },
 }
 
-/// Most integers for which the dense period matrix is formed (18 MB, and
-/// seconds to round).
-const MAX_INTEGERS: usize = 1500;
+/// Most integers for which the dense period matrix is formed (18 MB, and seconds to round); more are found by flow.
+const MOST_BY_PERIODS: usize = 1500;
+/// Most singularities and corners: eliminating relations between more takes minutes.
+const MOST_SPECIAL: usize = 1500;
 
 /// The linear system of all maps that follow one cross field on one component.
 #[derive(Clone, Debug)]
@@ -80,7 +88,10 @@ pub struct MapSystem {
     weight: Vec<f64>,
     reduced: Reduced,
     factor: Cholesky<f64>,
-    periods: Periods,
+    /// Unless there are too many integers.
+    periods: Option<Periods>,
+    /// Real optimum of the integers for scale 1.
+    optimum: Vec<f64>,
     constant: f64,
     /// Real forms that must be integers, in raw unknowns.
     integral: Vec<Vec<(u32, f64)>>,
@@ -123,20 +134,24 @@ impl MapSystem {
         let iso = iso_lines(mesh, frames, &direction, is_feature);
         let forms = CornerForms::new(mesh, &cut);
         let special: Vec<u32> = special_vertices(mesh, field, corners);
-        if special.len() > MAX_INTEGERS {
-            return Err(MapError::TooManyIntegers { n: 2 * special.len(), limit: MAX_INTEGERS });
+        if special.len() > MOST_SPECIAL {
+            return Err(MapError::TooManyIntegers { n: 2 * special.len(), limit: 2 * MOST_SPECIAL });
         }
         let (unknowns, integral) = constrain(mesh, &forms, &iso, &special)?;
         ctx.check()?;
         let raw: Quadratic = assemble(mesh, frames, &direction, &weight, &forms);
         let reduced = Reduced::new(&raw, &unknowns);
         let n = unknowns.n_integers;
-        if n > MAX_INTEGERS {
-            return Err(MapError::TooManyIntegers { n, limit: MAX_INTEGERS });
-        }
         ctx.check()?;
         let factor = reduced.factor()?;
-        let periods = Periods::new(ctx, &reduced, &factor)?.ok_or(MapError::Periods { n })?;
+        let periods = match n > MOST_BY_PERIODS {
+            true => None,
+            false => Some(Periods::new(ctx, &reduced, &factor)?.ok_or(MapError::Periods { n })?),
+        };
+        let optimum = match &periods {
+            Some(periods) => periods.optimum.clone(),
+            None => real_optimum(&raw, &unknowns)?,
+        };
         Ok(Self {
             cut,
             cut_cost,
@@ -149,6 +164,7 @@ impl MapSystem {
             reduced,
             factor,
             periods,
+            optimum,
             constant: raw.constant,
             integral,
         })
@@ -164,61 +180,150 @@ impl MapSystem {
         &self.direction
     }
 
-    /// Rounds the integers for a density of `scale` grid units per model unit.
+    /// Integers for a density of `scale` grid units per model unit: by the period matrix; by flow where there are too many
+    /// for that, or where fewer neighbours fall together then.
     ///
     /// # Errors
-    /// [`Cancelled`] if the run was stopped.
-    pub fn round(&self, ctx: &RunContext, mesh: &TriMesh, scale: f64) -> Result<RoundedIntegers, Cancelled> {
-        let seamless: Vec<DVec2> = self.seamless_corners().iter().map(|z| *z * scale).collect();
-        let separations = separations(&Elements {
+    /// [`Cancelled`] if the run was stopped, [`MapError::NoFlow`] if there are too many integers for the period matrix and
+    /// no flow was found.
+    pub fn round(&self, ctx: &RunContext, mesh: &TriMesh, scale: f64) -> Result<RoundedIntegers, MapError> {
+        let seamless = self.seamless_at(scale);
+        let elements = self.elements(mesh, &seamless);
+        let separations = separations(&elements);
+        let mut best = match &self.periods {
+            Some(periods) => Some(periods.round(ctx, scale, &separations)?),
+            None => None,
+        };
+        if best.as_ref().is_none_or(|b| b.1 > 0)
+            && let Some(by_flow) = self.flow(ctx, &elements, scale, &separations)?
+            && best.as_ref().is_none_or(|b| by_flow.1 < b.1)
+        {
+            best = Some(by_flow);
+        }
+        let (q, fallen_together) = best.ok_or(MapError::NoFlow { n: self.n_integers() })?;
+        Ok(self.rounded(scale, q, fallen_together))
+    }
+
+    /// As [`MapSystem::round`] by flow alone; `None` if there is none.
+    #[cfg(test)]
+    pub(super) fn round_by_flow(
+        &self,
+        ctx: &RunContext,
+        mesh: &TriMesh,
+        scale: f64,
+    ) -> Result<Option<RoundedIntegers>, Cancelled> {
+        let seamless = self.seamless_at(scale);
+        let elements = self.elements(mesh, &seamless);
+        let found = self.flow(ctx, &elements, scale, &separations(&elements))?;
+        Ok(found.map(|(q, fallen_together)| self.rounded(scale, q, fallen_together)))
+    }
+
+    /// The same system as if it had too many integers for the period matrix.
+    #[cfg(test)]
+    pub(super) fn without_periods(mut self, mesh: &TriMesh, frames: &Frames) -> Self {
+        let raw = assemble(mesh, frames, &self.direction, &self.weight, &self.forms);
+        self.optimum = real_optimum(&raw, &self.unknowns).unwrap();
+        self.periods = None;
+        self
+    }
+
+    /// What integers add in energy to this system's map, relative to ½‖X‖².
+    #[cfg(test)]
+    pub(super) fn added_energy(&self, integers: &RoundedIntegers) -> f64 {
+        self.rounded(integers.scale, integers.q.clone(), 0).rounding_energy
+    }
+
+    fn seamless_at(&self, scale: f64) -> Vec<DVec2> {
+        self.seamless_corners().iter().map(|z| *z * scale).collect()
+    }
+
+    fn elements<'a>(&'a self, mesh: &'a TriMesh, seamless: &'a [DVec2]) -> Elements<'a> {
+        Elements {
             mesh,
             cut: &self.cut,
             forms: &self.forms,
             unknowns: &self.unknowns,
             iso: &self.iso,
             special: &self.special,
-            seamless: &seamless,
-        });
-        let (q, fallen_together) = self.periods.round(ctx, scale, &separations)?;
-        let norm = self.constant * scale * scale;
-        let rounding_energy = self.periods.excess(scale, &q) / norm;
-        // E* = constant − bᵀ x*: with x* the optimum of all unknowns, real integers included.
-        let real: Vec<f64> = self.periods.optimum.clone();
-        let z = self.reduced.solve_continuous(&self.factor, 1.0, &real);
-        let gain: f64 = z.iter().zip(&self.reduced.b_z).map(|(z, b)| z * b).sum::<f64>()
-            + real.iter().zip(&self.reduced.b_q).map(|(q, b)| q * b).sum::<f64>();
-        let curl_energy = ((self.constant - gain) / self.constant).max(0.0);
-        Ok(RoundedIntegers { scale, q, fallen_together, curl_energy, rounding_energy })
+            seamless,
+        }
     }
 
-    /// Energy that rounding adds at this scale if nothing needs to be kept apart, relative to ½‖X‖².
+    /// Integers by flow, and how many separations they violate.
+    fn flow(
+        &self,
+        ctx: &RunContext,
+        elements: &Elements<'_>,
+        scale: f64,
+        separations: &[Separation],
+    ) -> Result<Option<(Vec<f64>, usize)>, Cancelled> {
+        let real: Vec<f64> = self.optimum.iter().map(|q| scale * q).collect();
+        let z = self.reduced.solve_continuous(&self.factor, scale, &real);
+        let q = quantise(ctx, elements, &self.unknowns.expand(&z, &real))?;
+        let violated = |q: &[f64]| separations.iter().filter(|s| s.is_violated(q)).count();
+        Ok(q.map(|q| {
+            let n_violated = violated(&q);
+            (q, n_violated)
+        }))
+    }
+
+    fn rounded(&self, scale: f64, q: Vec<f64>, fallen_together: usize) -> RoundedIntegers {
+        let norm = self.constant * scale * scale;
+        let rounding_energy = match &self.periods {
+            Some(periods) => periods.excess(scale, &q),
+            None => self.energy(scale, &q) + self.gain() * scale * scale,
+        } / norm;
+        let curl_energy = ((self.constant - self.gain()) / self.constant).max(0.0);
+        RoundedIntegers { scale, q, fallen_together, curl_energy, rounding_energy }
+    }
+
+    /// What the best seamless map gains at scale 1: its energy is E* = constant − bᵀ x*, with x* the optimum of all
+    /// unknowns, real integers included.
+    fn gain(&self) -> f64 {
+        -self.energy(1.0, &self.optimum)
+    }
+
+    /// Energy of the best map with these integers, up to the constant.
+    fn energy(&self, scale: f64, q: &[f64]) -> f64 {
+        let z = self.reduced.solve_continuous(&self.factor, scale, q);
+        self.reduced.energy(scale, &z, q)
+    }
+
+    fn periods(&self) -> Result<&Periods, MapError> {
+        let too_many = MapError::TooManyIntegers { n: self.n_integers(), limit: MOST_BY_PERIODS };
+        self.periods.as_ref().ok_or(too_many)
+    }
+
+    /// Energy that rounding by the period matrix adds at this scale if nothing needs to be kept apart, relative to ½‖X‖².
     ///
     /// # Errors
-    /// [`Cancelled`] if the run was stopped.
-    pub fn rounding_energy(&self, ctx: &RunContext, scale: f64) -> Result<f64, Cancelled> {
-        let (q, _) = self.periods.round(ctx, scale, &[])?;
-        Ok(self.periods.excess(scale, &q) / (self.constant * scale * scale))
+    /// [`Cancelled`] if the run was stopped, [`MapError::TooManyIntegers`] if there is no such matrix.
+    pub fn rounding_energy(&self, ctx: &RunContext, scale: f64) -> Result<f64, MapError> {
+        let periods = self.periods()?;
+        let (q, _) = periods.round(ctx, scale, &[])?;
+        Ok(periods.excess(scale, &q) / (self.constant * scale * scale))
     }
 
     /// What roundings cost on this model: `offsets` random real optima at the density of `scale` grid units per model
     /// unit, in the basis of a shortest cut graph.
     ///
     /// # Errors
-    /// [`Cancelled`] if the run was stopped.
+    /// As [`MapSystem::rounding_energy`].
     pub fn rounding_statistics(
         &self,
         ctx: &RunContext,
         scale: f64,
         offsets: usize,
-    ) -> Result<RoundingStatistics, Cancelled> {
+    ) -> Result<RoundingStatistics, MapError> {
+        let periods = self.periods()?;
         let generators = generators(&self.cut, &self.forms, &self.unknowns, &self.cut_cost);
-        self.periods.statistics(ctx, &generators, 1.0 / (self.constant * scale * scale), offsets)
+        Ok(periods.statistics(ctx, &generators, 1.0 / (self.constant * scale * scale), offsets)?)
     }
 
     /// The seamless map before rounding, for measuring: corner values in grid units at scale 1.
     pub fn seamless_corners(&self) -> Vec<DVec2> {
-        let z = self.reduced.solve_continuous(&self.factor, 1.0, &self.periods.optimum);
-        self.corners(&self.unknowns.expand(&z, &self.periods.optimum))
+        let z = self.reduced.solve_continuous(&self.factor, 1.0, &self.optimum);
+        self.corners(&self.unknowns.expand(&z, &self.optimum))
     }
 
     /// The map with these integers.
@@ -288,6 +393,13 @@ impl MapSystem {
             })
             .collect()
     }
+}
+
+/// Real optimum of the integers for scale 1 without the period matrix: one more factorisation.
+fn real_optimum(raw: &Quadratic, unknowns: &Unknowns) -> Result<Vec<f64>, SolveError> {
+    let reduced = Reduced::new(raw, &unknowns.relaxed());
+    let all = reduced.solve_continuous(&reduced.factor()?, 1.0, &[]);
+    Ok(all[unknowns.n_continuous..].to_vec())
 }
 
 /// Which coordinate is constant along each feature or boundary halfedge.

@@ -58,7 +58,7 @@ pub(super) struct Elements<'a> {
 /// Paths longer than this many grid units cannot be rounded to nothing.
 const LONGEST: f64 = 2.5;
 /// The coordinate that must not vanish is at least so long in the seamless map.
-const SHORTEST: f64 = 0.02;
+pub(super) const SHORTEST: f64 = 0.02;
 
 /// Finds the pairs. O(F log F).
 pub(super) fn separations(elements: &Elements<'_>) -> Vec<Separation> {

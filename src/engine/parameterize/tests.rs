@@ -189,3 +189,46 @@ fn rounding_costs_what_the_period_matrix_predicts() {
         assert!(found.search <= three && three <= two && two <= one, "{name}: {found:?}");
     }
 }
+
+/// The flow gives integers with which the map is one, and that let no neighbours fall together.
+#[test]
+fn maps_by_flow_are_integral_and_keep_neighbours_apart() {
+    for name in ["genus2", "torus", "gear", "plate_with_holes", "half_pipe", "sphere"] {
+        let case = case(name, 500.0);
+        let mesh = &case.surface.mesh;
+        let (system, by_periods, _) = map(&case);
+        let by_flow = system.round_by_flow(&RunContext::silent(), mesh, case.scale).unwrap().expect(name);
+        // Pairs that the decimated triangles do not join may still fall together.
+        assert!(by_flow.fallen_together <= 1, "{name}: {}", by_flow.fallen_together);
+        let grid = system.map(mesh, &by_flow).unwrap();
+        assert!(seam_residual(mesh, &grid) < 1e-9, "{name}");
+        let measures = measure_map(mesh, &case.frames, &grid, case.scale);
+        assert!((measures.grid_area - measures.grid_area.round()).abs() < 1e-6, "{name}: {measures:?}");
+        assert!((measures.grid_area / 500.0).ln().abs() < 0.4, "{name}: {}", measures.grid_area);
+        // It knows nothing of the energy, but small deviations cost little.
+        assert!(
+            by_flow.rounding_energy < 3.0 * by_periods.rounding_energy + 0.05,
+            "{name}: {by_flow:?} {by_periods:?}"
+        );
+    }
+}
+
+/// Without the period matrix the optimum and the energies come from the whole system, and are the same.
+#[test]
+fn energies_without_the_period_matrix_are_the_same() {
+    let ctx = RunContext::silent();
+    let case = case("genus2", 500.0);
+    let mesh = &case.surface.mesh;
+    let (system, ..) = map(&case);
+    let expected = system.round_by_flow(&ctx, mesh, case.scale).unwrap().unwrap();
+    let seamless = system.seamless_corners();
+    let system = system.without_periods(mesh, &case.frames);
+    let away = seamless.iter().zip(system.seamless_corners()).map(|(a, b)| (*a - b).length()).fold(0.0, f64::max);
+    assert!(away * case.scale < 1e-6, "{away}");
+    let added = system.added_energy(&expected);
+    assert!((added - expected.rounding_energy).abs() < 1e-8, "{added} {expected:?}");
+    let found = system.round(&ctx, mesh, case.scale).unwrap();
+    assert_eq!(found.fallen_together, 0);
+    assert!((found.curl_energy - expected.curl_energy).abs() < 1e-8, "{found:?} {expected:?}");
+    assert!(matches!(system.rounding_energy(&ctx, case.scale), Err(MapError::TooManyIntegers { .. })));
+}
