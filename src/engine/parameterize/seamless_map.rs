@@ -68,6 +68,10 @@ pub enum MapError {
 
 /// Most integers for which the dense period matrix is formed (18 MB, and seconds to round); more are found by flow.
 const MOST_BY_PERIODS: usize = 1500;
+/// Integers by flow are taken if at least this many times fewer neighbours fall together,
+const FEWER: usize = 2;
+/// and if they cost at most this many times the energy: lengths near to those of the seamless map say nothing of angles.
+const DEARER: f64 = 1.5;
 /// Most singularities and corners: eliminating relations between more takes minutes.
 const MOST_SPECIAL: usize = 1500;
 
@@ -181,7 +185,7 @@ impl MapSystem {
     }
 
     /// Integers for a density of `scale` grid units per model unit: by the period matrix; by flow where there are too many
-    /// for that, or where fewer neighbours fall together then.
+    /// for that, or where far fewer neighbours fall together then for little more energy.
     ///
     /// # Errors
     /// [`Cancelled`] if the run was stopped, [`MapError::NoFlow`] if there are too many integers for the period matrix and
@@ -196,9 +200,14 @@ impl MapSystem {
         };
         if best.as_ref().is_none_or(|b| b.1 > 0)
             && let Some(by_flow) = self.flow(ctx, &elements, scale, &separations)?
-            && best.as_ref().is_none_or(|b| by_flow.1 < b.1)
         {
-            best = Some(by_flow);
+            let is_better = |b: &(Vec<f64>, usize)| {
+                let excess = |q: &[f64]| self.periods.as_ref().map_or(0.0, |p| p.excess(scale, q));
+                FEWER * by_flow.1 <= b.1 && excess(&by_flow.0) <= DEARER * excess(&b.0)
+            };
+            if best.as_ref().is_none_or(is_better) {
+                best = Some(by_flow);
+            }
         }
         let (q, fallen_together) = best.ok_or(MapError::NoFlow { n: self.n_integers() })?;
         Ok(self.rounded(scale, q, fallen_together))
