@@ -75,7 +75,6 @@ fn flows_balance_keep_their_bounds_and_are_nearly_optimal() {
         optimal += usize::from(cost < best + 1e-9);
         gap += (cost - best) / (best + 1.0);
     }
-    println!("{optimal} of {tried} optimal, mean gap {}", gap / f64::from(tried));
     assert!(optimal * 20 >= tried as usize * 19, "{optimal} of {tried}");
     assert!(gap < 0.02 * f64::from(tried), "{gap}");
 }
