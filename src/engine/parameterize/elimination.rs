@@ -13,7 +13,9 @@ pub(super) type RealForm = Vec<(u32, f64)>;
 #[derive(Clone, Debug)]
 pub(super) struct Elimination {
     /// Expression of each removed unknown, in unknowns that were free at the time.
-    expression: Vec<Option<RealForm>>,
+    expression: Vec<RealForm>,
+    /// When each unknown was removed, if it was.
+    turn: Vec<Option<u32>>,
     /// Order of removal.
     removed: Vec<u32>,
     /// Removed first when lowest.
@@ -26,20 +28,27 @@ impl Elimination {
     /// Unknowns with their rank: lower ranks are removed before higher ones.
     pub(super) fn new(rank: Vec<u8>) -> Self {
         let n = rank.len();
-        Self { expression: vec![None; n], removed: Vec::new(), rank, weight: vec![1; n] }
+        Self { expression: vec![Vec::new(); n], turn: vec![None; n], removed: Vec::new(), rank, weight: vec![1; n] }
     }
 
-    /// The form in unknowns that are still free.
+    /// The form in unknowns that are still free. Unknowns are replaced in the order in which they were removed: what
+    /// replaces them was removed later, so that each is met once, with all that was collected for it.
     pub(super) fn resolve(&self, form: &[(u32, f64)]) -> RealForm {
         let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
-        let mut pending: Vec<(u32, f64)> = form.to_vec();
-        while let Some((x, c)) = pending.pop() {
-            match &self.expression[x as usize] {
-                Some(e) => pending.extend(e.iter().map(|&(y, d)| (y, c * d))),
-                None => *sum.entry(x).or_insert(0.0) += c,
+        let mut pending: BTreeMap<u32, (u32, f64)> = BTreeMap::new();
+        let mut collect = |pending: &mut BTreeMap<u32, (u32, f64)>, x: u32, c: f64| match self.turn[x as usize] {
+            Some(turn) => pending.entry(turn).or_insert((x, 0.0)).1 += c,
+            None => *sum.entry(x).or_insert(0.0) += c,
+        };
+        for &(x, c) in form {
+            collect(&mut pending, x, c);
+        }
+        while let Some((_, (x, c))) = pending.pop_first() {
+            // Coefficients are sums of products of ±1 and halves: exact, so zero is zero.
+            if c != 0.0 {
+                self.expression[x as usize].iter().for_each(|&(y, d)| collect(&mut pending, y, c * d));
             }
         }
-        // Coefficients are sums of products of ±1 and halves: exact, so zero is zero.
         sum.into_iter().filter(|&(_, c)| c != 0.0).collect()
     }
 
@@ -56,7 +65,8 @@ impl Elimination {
         for &(x, _) in &expression {
             self.weight[x as usize] += self.weight[pivot as usize];
         }
-        self.expression[pivot as usize] = Some(expression);
+        self.expression[pivot as usize] = expression;
+        self.turn[pivot as usize] = Some(self.removed.len() as u32);
         self.removed.push(pivot);
         true
     }
@@ -66,10 +76,11 @@ impl Elimination {
         for i in (0..self.removed.len()).rev() {
             let x = self.removed[i] as usize;
             // Whatever this expression names was removed later, hence is final already: one level is enough.
-            let resolved = self.expression[x].as_ref().map(|e| self.resolve(e));
-            self.expression[x] = resolved;
+            self.expression[x] = self.resolve(&self.expression[x]);
         }
-        self.expression.into_iter().enumerate().map(|(x, e)| e.unwrap_or_else(|| vec![(x as u32, 1.0)])).collect()
+        let free = (0..self.turn.len()).filter(|&x| self.turn[x].is_none());
+        free.for_each(|x| self.expression[x] = vec![(x as u32, 1.0)]);
+        self.expression
     }
 }
 

@@ -50,16 +50,12 @@ impl Unknowns {
         Self { forms, place, n_continuous: n_continuous as usize, n_integers: n_integers as usize }
     }
 
-    /// The same unknowns with integers that may take any real value: they come after the others.
-    pub(super) fn relaxed(&self) -> Self {
-        let mut relaxed = self.clone();
-        for place in &mut relaxed.place {
-            if let Place::Integer(i) = *place {
-                *place = Place::Continuous(self.n_continuous as u32 + i);
-            }
-        }
-        (relaxed.n_continuous, relaxed.n_integers) = (self.n_continuous + self.n_integers, 0);
-        relaxed
+    /// The same continuous unknowns, with integers that are 0.
+    fn without_integers(&self) -> Self {
+        let is_continuous = |x: u32| matches!(self.place[x as usize], Place::Continuous(_));
+        let continuous = |form: &RealForm| form.iter().copied().filter(|&(x, _)| is_continuous(x)).collect();
+        let forms = self.forms.iter().map(continuous).collect();
+        Self { forms, place: self.place.clone(), n_continuous: self.n_continuous, n_integers: 0 }
     }
 
     /// All raw unknowns from the values of the two blocks.
@@ -79,33 +75,46 @@ pub(super) struct Reduced {
     pub(super) zz: Vec<(u32, u32, f64)>,
     /// Per integer, its column of couplings to continuous unknowns, sorted.
     pub(super) zq: Vec<Vec<(u32, f64)>>,
-    /// Entries of the full symmetric block, repeated ones to be summed.
-    pub(super) qq: Vec<(u32, u32, f64)>,
+    /// The symmetric block of the integers, n × n: where an integer moves much of the map, nearly full.
+    pub(super) qq: Vec<f64>,
     pub(super) b_z: Vec<f64>,
     pub(super) b_q: Vec<f64>,
 }
 
 impl Reduced {
-    /// Substitutes the forms into the raw quadratic form.
+    /// Substitutes the forms into the raw quadratic form. Of each pair of coupled unknowns the one with the longer form
+    /// takes the other's into one sum: time and memory stay linear in the lengths where translations hang on hundreds
+    /// of integers.
     pub(super) fn new(raw: &Quadratic, unknowns: &Unknowns) -> Self {
         let (nz, nq) = (unknowns.n_continuous, unknowns.n_integers);
         let mut r = Self {
             zz: Vec::with_capacity(raw.lower.len()),
             zq: vec![Vec::new(); nq],
-            qq: Vec::new(),
+            qq: vec![0.0; nq * nq],
             b_z: vec![0.0; nz],
             b_q: vec![0.0; nq],
         };
-        let merged = merge(&raw.lower);
-        for &(i, j, value) in &merged {
-            for &(a, ca) in &unknowns.forms[i as usize] {
-                for &(b, cb) in &unknowns.forms[j as usize] {
-                    let v = value * ca * cb;
-                    r.add(unknowns.place[a as usize], unknowns.place[b as usize], v);
-                    if i != j {
-                        r.add(unknowns.place[b as usize], unknowns.place[a as usize], v);
-                    }
-                }
+        let length = |x: u32| unknowns.forms[x as usize].len();
+        let mut coupled = merge(&raw.lower);
+        for (i, j, value) in &mut coupled {
+            match *i == *j {
+                true => *value *= 0.5,
+                false if length(*i) > length(*j) => std::mem::swap(i, j),
+                false => {}
+            }
+        }
+        let coupled = by_column(unknowns.forms.len(), &coupled);
+        for group in coupled.chunk_by(|a, b| a.1 == b.1) {
+            let mut sum: Vec<(u32, f64)> = Vec::new();
+            for &(other, _, value) in group {
+                sum.extend(unknowns.forms[other as usize].iter().map(|&(x, c)| (x, c * value)));
+            }
+            r.add(unknowns, &unknowns.forms[group[0].1 as usize], &merge_column(sum));
+        }
+        for i in 0..nq {
+            for j in 0..=i {
+                let both = r.qq[i * nq + j] + r.qq[j * nq + i];
+                (r.qq[i * nq + j], r.qq[j * nq + i]) = (both, both);
             }
         }
         for column in &mut r.zq {
@@ -123,13 +132,34 @@ impl Reduced {
         r
     }
 
-    /// One entry of the full symmetric matrix.
-    fn add(&mut self, row: Place, column: Place, v: f64) {
-        match (row, column) {
-            (Place::Continuous(i), Place::Continuous(j)) if i >= j => self.zz.push((i, j, v)),
-            (Place::Continuous(i), Place::Integer(j)) => self.zq[j as usize].push((i, v)),
-            (Place::Integer(i), Place::Integer(j)) => self.qq.push((i, j, v)),
-            _ => {}
+    /// Adds `f gᵀ + g fᵀ` for two forms; of the block of integers only one of the two.
+    fn add(&mut self, unknowns: &Unknowns, f: &[(u32, f64)], g: &[(u32, f64)]) {
+        let nq = self.zq.len();
+        let placed = g.iter().map(|&(x, c)| (unknowns.place[x as usize], c)).collect::<Vec<_>>();
+        for &(x, a) in f {
+            match unknowns.place[x as usize] {
+                Place::Continuous(i) => {
+                    for &(place, c) in &placed {
+                        match place {
+                            Place::Continuous(j) if i == j => self.zz.push((i, i, 2.0 * a * c)),
+                            Place::Continuous(j) => self.zz.push((i.max(j), i.min(j), a * c)),
+                            Place::Integer(j) => self.zq[j as usize].push((i, a * c)),
+                            Place::Removed => {}
+                        }
+                    }
+                }
+                Place::Integer(i) => {
+                    let row = &mut self.qq[i as usize * nq..][..nq];
+                    for &(place, c) in &placed {
+                        match place {
+                            Place::Continuous(j) => self.zq[i as usize].push((j, a * c)),
+                            Place::Integer(j) => row[j as usize] += a * c,
+                            Place::Removed => {}
+                        }
+                    }
+                }
+                Place::Removed => {}
+            }
         }
     }
 
@@ -138,9 +168,40 @@ impl Reduced {
         Cholesky::new(&HermitianMatrix::from_lower(self.b_z.len(), &self.zz))
     }
 
-    /// Factors the continuous block of the same unknowns with other weights.
-    pub(super) fn factor_like(&self, factor: &Cholesky<f64>) -> Result<Cholesky<f64>, SolveError> {
-        factor.refactor(&HermitianMatrix::from_lower(self.b_z.len(), &self.zz))
+    /// The best continuous unknowns for given integers where only the weights of `raw` differ from those of `factor`.
+    /// What couples integers is never formed: they move to the right-hand side first.
+    pub(super) fn solve_weighted(
+        mut raw: Quadratic,
+        unknowns: &Unknowns,
+        factor: &Cholesky<f64>,
+        scale: f64,
+        q: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        raw.b.iter_mut().for_each(|b| *b *= scale);
+        let x = unknowns.expand(&vec![0.0; unknowns.n_continuous], q);
+        for &(i, j, v) in &raw.lower {
+            raw.b[i as usize] -= v * x[j as usize];
+            if i != j {
+                raw.b[j as usize] -= v * x[i as usize];
+            }
+        }
+        let reduced = Self::new(&raw, &unknowns.without_integers());
+        let factor = factor.refactor(&HermitianMatrix::from_lower(reduced.b_z.len(), &reduced.zz))?;
+        Ok(reduced.solve_continuous(&factor, 1.0, &[]))
+    }
+
+    /// Real optimum of the integers for scale 1 without the period matrix: one more factorisation, of all unknowns.
+    pub(super) fn optimum(&self) -> Result<Vec<f64>, SolveError> {
+        let (nz, nq) = (self.b_z.len(), self.b_q.len());
+        let mut entries = self.zz.clone();
+        for (j, column) in self.zq.iter().enumerate() {
+            entries.extend(column.iter().map(|&(i, v)| ((nz + j) as u32, i, v)));
+            let row = self.qq[j * nq..][..=j].iter().enumerate();
+            entries.extend(row.filter(|(_, v)| **v != 0.0).map(|(i, &v)| ((nz + j) as u32, (nz + i) as u32, v)));
+        }
+        let mut all = [self.b_z.as_slice(), &self.b_q].concat();
+        Cholesky::new(&HermitianMatrix::from_lower(nz + nq, &entries))?.solve(&mut all);
+        Ok(all.split_off(nz))
     }
 
     /// The energy of unknowns at this scale, up to a constant.
@@ -150,7 +211,7 @@ impl Reduced {
         let column =
             |(column, q): (&Vec<(u32, f64)>, &f64)| q * column.iter().map(|&(i, v)| v * z[i as usize]).sum::<f64>();
         let zq: f64 = self.zq.iter().zip(q).map(column).sum();
-        let qq: f64 = self.qq.iter().map(|&(i, j, v)| v * q[i as usize] * q[j as usize]).sum();
+        let qq: f64 = self.qq.chunks(q.len().max(1)).zip(q).map(|(row, x)| x * dot(row, q)).sum();
         zz + 2.0 * zq + qq - 2.0 * scale * (dot(&self.b_z, z) + dot(&self.b_q, q))
     }
 

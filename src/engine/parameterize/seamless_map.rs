@@ -72,8 +72,8 @@ const MOST_BY_PERIODS: usize = 1500;
 const FEWER: usize = 2;
 /// and if they cost at most this many times the energy: lengths near to those of the seamless map say nothing of angles.
 const DEARER: f64 = 1.5;
-/// Most singularities and corners: eliminating relations between more takes minutes.
-const MOST_SPECIAL: usize = 1500;
+/// Most singularities and corners: positions against one origin make the coupling of more of them take minutes.
+const MOST_SPECIAL: usize = 2500;
 
 /// The linear system of all maps that follow one cross field on one component.
 #[derive(Clone, Debug)]
@@ -154,7 +154,7 @@ impl MapSystem {
         };
         let optimum = match &periods {
             Some(periods) => periods.optimum.clone(),
-            None => real_optimum(&raw, &unknowns)?,
+            None => reduced.optimum()?,
         };
         Ok(Self {
             cut,
@@ -229,9 +229,8 @@ impl MapSystem {
 
     /// The same system as if it had too many integers for the period matrix.
     #[cfg(test)]
-    pub(super) fn without_periods(mut self, mesh: &TriMesh, frames: &Frames) -> Self {
-        let raw = assemble(mesh, frames, &self.direction, &self.weight, &self.forms);
-        self.optimum = real_optimum(&raw, &self.unknowns).unwrap();
+    pub(super) fn without_periods(mut self) -> Self {
+        self.optimum = self.reduced.optimum().unwrap();
         self.periods = None;
         self
     }
@@ -358,9 +357,7 @@ impl MapSystem {
     ) -> Result<GridMap, MapError> {
         let weight: Vec<f64> = weight.iter().zip(&self.weight).map(|(a, b)| a * b).collect();
         let raw = assemble(mesh, frames, &self.direction, &weight, &self.forms);
-        let reduced = Reduced::new(&raw, &self.unknowns);
-        let factor = reduced.factor_like(&self.factor)?;
-        let z = reduced.solve_continuous(&factor, rounded.scale, &rounded.q);
+        let z = Reduced::solve_weighted(raw, &self.unknowns, &self.factor, rounded.scale, &rounded.q)?;
         self.grid_map(mesh, &z, &rounded.q)
     }
 
@@ -402,13 +399,6 @@ impl MapSystem {
             })
             .collect()
     }
-}
-
-/// Real optimum of the integers for scale 1 without the period matrix: one more factorisation.
-fn real_optimum(raw: &Quadratic, unknowns: &Unknowns) -> Result<Vec<f64>, SolveError> {
-    let reduced = Reduced::new(raw, &unknowns.relaxed());
-    let all = reduced.solve_continuous(&reduced.factor()?, 1.0, &[]);
-    Ok(all[unknowns.n_continuous..].to_vec())
 }
 
 /// Which coordinate is constant along each feature or boundary halfedge.

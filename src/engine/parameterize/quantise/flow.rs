@@ -211,6 +211,8 @@ impl Flow {
     fn cancel_cycles(&self, ctx: &RunContext, x: &mut [i64]) -> Result<(), Cancelled> {
         let n = self.n_states();
         let mut banned = vec![false; self.arcs.len()];
+        // Any labels will do to begin with; those of the round before are nearly right.
+        let mut distance = vec![0.0f64; n];
         for _ in 0..MOST_ROUNDS {
             ctx.check()?;
             let step: Vec<f64> = (self.arcs.iter().zip(&banned))
@@ -219,7 +221,6 @@ impl Flow {
                     false => self.variables[arc.variable as usize].marginal(x[arc.variable as usize], arc.change),
                 })
                 .collect();
-            let mut distance = vec![0.0f64; n];
             let mut parent: Vec<Option<(u32, u32)>> = vec![None; n];
             let mut cycles = Vec::new();
             for pass in 0..n {

@@ -25,7 +25,7 @@ use glam::{DVec2, I64Vec2};
 
 /// Extents this short, in grid units, may vanish or change their sign.
 const MAY_TURN: f64 = 0.05;
-/// Times that triangles that turn over are pulled open.
+/// Times that triangles that turn over are pulled open, while that leaves at most two thirds of them.
 const MAX_PULLS: usize = 5;
 
 /// Integers for the map with these real unknowns, grid units; `None` if there is no flow, or it leaves some of them open.
@@ -37,10 +37,13 @@ pub(super) fn quantise(ctx: &RunContext, elements: &Elements<'_>, raw: &[f64]) -
     let (extents, mut flow) = flow_of(&complex, &complex.integral(is_special));
     let nearest: Vec<i64> = flow.variables().iter().map(|v| v.target.round() as i64).collect();
     let Some(mut x) = flow.solve(ctx, &nearest)? else { return Ok(None) };
+    let mut most = usize::MAX;
     for _ in 0..MAX_PULLS {
-        if !pull_open(&complex, &extents, &mut flow, &x) {
+        let turned = pull_open(&complex, &extents, &mut flow, &x);
+        if turned == 0 || turned > most {
             break;
         }
+        most = turned * 2 / 3;
         let Some(pulled) = flow.solve(ctx, &x)? else { break };
         x = pulled;
     }
@@ -141,9 +144,9 @@ fn keep_strips(complex: &Complex, integral: &[[bool; 2]], extents: &[Extent], va
     }
 }
 
-/// Raises the bounds of extents of triangles that have turned over; whether there are any.
-fn pull_open(complex: &Complex, extents: &[Extent], flow: &mut Flow, x: &[i64]) -> bool {
-    let mut is_changed = false;
+/// Raises the bounds of extents of triangles that have turned over; how many could be raised.
+fn pull_open(complex: &Complex, extents: &[Extent], flow: &mut Flow, x: &[i64]) -> usize {
+    let mut turned = 0;
     for f in (0..complex.gone.len()).filter(|&f| !complex.gone[f]) {
         let [a, b] = [3 * f, 3 * f + 1].map(|h| extents[h].value(x));
         if a.perp_dot(b) >= 0 || complex.twice_area(f) <= 0.0 {
@@ -153,6 +156,7 @@ fn pull_open(complex: &Complex, extents: &[Extent], flow: &mut Flow, x: &[i64]) 
         let [p, q] = [3 * f, 3 * f + 1].map(|h| complex.along(h));
         let (first, second) =
             if (p.x * q.y) > -(p.y * q.x) { ([3 * f, 0], [3 * f + 1, 1]) } else { ([3 * f, 1], [3 * f + 1, 0]) };
+        let mut is_changed = false;
         for [h, c] in [first, second] {
             let Some((e, _)) = extents[h].parts[c] else { continue };
             let variable = &flow.variables()[e as usize];
@@ -162,6 +166,7 @@ fn pull_open(complex: &Complex, extents: &[Extent], flow: &mut Flow, x: &[i64]) 
                 is_changed = true;
             }
         }
+        turned += usize::from(is_changed);
     }
-    is_changed
+    turned
 }

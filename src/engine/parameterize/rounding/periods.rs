@@ -55,10 +55,7 @@ impl Periods {
                 Ok(block)
             })
             .collect::<Result<_, Cancelled>>()?;
-        let mut matrix = vec![0.0; n * n];
-        for &(i, j, v) in &reduced.qq {
-            matrix[i as usize * n + j as usize] += v;
-        }
+        let mut matrix = reduced.qq.clone();
         for (j, column) in blocks.iter().flat_map(|b| b.chunks(n.max(1))).enumerate() {
             for (i, v) in column.iter().enumerate() {
                 matrix[i * n + j] -= v;

@@ -65,7 +65,7 @@ fn the_period_matrix_is_what_a_solve_with_fixed_integers_costs() {
         (0..n).for_each(|q| reduced.zq[q].push((i as u32, whole.at(i, nz + q))));
     }
     for i in 0..n {
-        reduced.qq.extend((0..n).map(|j| (i as u32, j as u32, whole.at(nz + i, nz + j))));
+        reduced.qq.extend((0..n).map(|j| whole.at(nz + i, nz + j)));
     }
     let factor = reduced.factor().unwrap();
     let periods = Periods::new(&RunContext::silent(), &reduced, &factor).unwrap().unwrap();
