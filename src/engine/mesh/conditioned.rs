@@ -29,22 +29,26 @@ pub struct Surface {
 /// One connected component of a surface.
 #[derive(Clone, Debug)]
 pub struct SurfacePart {
-    /// The component; faces and vertices in their order.
+    /// The component.
     pub surface: Surface,
     /// Per vertex of the component, its vertex in the whole.
     pub vertices: Vec<u32>,
+    /// Per halfedge of the component, its halfedge in the whole.
+    pub halfedges: Vec<u32>,
 }
 
 impl Surface {
     /// The connected components, in order of their first faces (as [`TriMesh::components`] numbers them), with the
-    /// features that lie on them. O(n log n).
+    /// features that lie on them; faces and vertices keep their order. O(n log n).
     pub fn parts(&self) -> Vec<SurfacePart> {
         let (component_of, n) = self.mesh.components();
         let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); n];
         let mut vertices: Vec<Vec<u32>> = vec![Vec::new(); n];
+        let mut halfedges: Vec<Vec<u32>> = vec![Vec::new(); n];
         let mut local = vec![NONE; self.mesh.n_vertices()];
         let mut home = vec![0usize; self.mesh.n_vertices()];
         for (f, &c) in component_of.iter().enumerate() {
+            halfedges[c as usize].extend((3 * f..3 * f + 3).map(|h| h as u32));
             let part = &mut vertices[c as usize];
             faces[c as usize].push(self.mesh.face(f).map(|v| {
                 if local[v as usize] == NONE {
@@ -63,13 +67,13 @@ impl Surface {
         for &v in self.features.corners.iter().filter(|&&v| is_vertex(v)) {
             features[home[v as usize]].corners.push(local[v as usize]);
         }
-        let parts = vertices.into_iter().zip(faces).zip(features);
-        let part = |((vertices, faces), mut features): ((Vec<u32>, Vec<[u32; 3]>), Features)| {
+        let parts = vertices.into_iter().zip(halfedges).zip(faces).zip(features);
+        let part = |(((vertices, halfedges), faces), mut features): (((Vec<u32>, _), Vec<[u32; 3]>), Features)| {
             features.edges.sort_unstable();
             features.corners.sort_unstable();
             let positions = vertices.iter().map(|&v| self.mesh.position(v)).collect();
             let mesh = TriMesh::try_new(positions, faces).expect("a component of a manifold is a manifold");
-            SurfacePart { surface: Surface { mesh, features }, vertices }
+            SurfacePart { surface: Surface { mesh, features }, vertices, halfedges }
         };
         parts.map(part).collect()
     }

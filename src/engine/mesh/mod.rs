@@ -1,6 +1,7 @@
 //! Surfaces: what a file says ([`TriangleSoup`]), what the engine works on ([`TriMesh`]), and what must survive
 //! ([`Features`]).
 
+mod canonical;
 pub mod condition;
 mod conditioned;
 mod feature_detection;

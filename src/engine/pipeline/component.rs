@@ -16,6 +16,8 @@ pub(super) struct Component {
     pub(super) surface: Surface,
     /// Per vertex, its vertex in the whole surface.
     pub(super) vertices: Vec<u32>,
+    /// Per halfedge, its halfedge in the whole surface.
+    pub(super) halfedges: Arc<[u32]>,
     /// Length of a quad edge in model units.
     pub(super) edge_length: f64,
     /// Area over squared edge length.
@@ -140,11 +142,12 @@ const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
-/// Splits a surface; components in order of their first faces. `log_size` are sizes relative to the edge length per
+/// Splits a surface; components in order of their first faces, each in its canonical numbering. `log_size` are sizes relative to the edge length per
 /// vertex, empty if all quads are to be alike.
 pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64], strokes: &[Vec<DVec3>]) -> Vec<Component> {
     let strokes: Arc<[Vec<DVec3>]> = strokes.into();
     let component = |part: SurfacePart| {
+        let part = part.in_canonical_order();
         let area = part.surface.mesh.total_area();
         let topology = part.surface.mesh.topology();
         let least = MIN_QUADS
@@ -158,6 +161,7 @@ pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64], strok
         Component {
             surface: part.surface,
             vertices: part.vertices,
+            halfedges: part.halfedges.into(),
             edge_length,
             quads: area / (edge_length * edge_length),
             log_size,

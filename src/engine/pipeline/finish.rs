@@ -111,7 +111,7 @@ fn or_deadline(
     better: impl FnOnce(&Finished) -> Result<Option<Finished>, Cancelled>,
 ) -> Result<Finished, Cancelled> {
     match better(&good) {
-        Err(Cancelled(StopReason::Deadline)) | Ok(None) => Ok(good),
+        Err(Cancelled(StopReason::Deadline | StopReason::Hurry)) | Ok(None) => Ok(good),
         Ok(Some(better)) => Ok(better),
         Err(stop) => Err(stop),
     }

@@ -1,6 +1,6 @@
 //! The ladder of one component: the map first, then roads that need less, until a certificate passes.
 //!
-//! Every candidate goes through the same optimisation and the same certificate (`finish`). A panic in the map's road is
+//! Every candidate goes through the same optimisation and the same certificate (`finish`). A panic on a road is
 //! contained: it costs the component its level, never the run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -205,14 +205,25 @@ fn climb(
         let (draft, map, level) = match rung {
             Rung::Map(smoothing) | Rung::Open(smoothing) | Rung::Finer(smoothing, _) => {
                 let boundary_free = matches!(rung, Rung::Open(_));
-                match climb.by_map(ctx, &component, spec, smoothing, boundary_free)? {
-                    Some((draft, map)) => (draft, Some(map), Level::L0),
-                    None => continue,
+                match climb.by_map(&ctx.unhurried(), &component, spec, smoothing, boundary_free) {
+                    Ok(Some((draft, map))) => (draft, Some(map), Level::L0),
+                    Ok(None) => continue,
+                    Err(Cancelled(StopReason::Hurry)) => {
+                        climb.no_time();
+                        continue;
+                    }
+                    Err(stop) => return Err(stop),
                 }
             }
             Rung::Plain(road) => {
-                let draft = ctx.stage(Stage::Fallback, || road.draft(ctx, &component, &climb.index))?;
-                (draft, None, road.level())
+                let draft = || ctx.stage(Stage::Fallback, || road.draft(ctx, &component, &climb.index));
+                match contained(draft) {
+                    Some(draft) => (draft?, None, road.level()),
+                    None => {
+                        climb.warnings.push(format!("no quads of level {:?}: {CONTAINED}", road.level()));
+                        continue;
+                    }
+                }
             }
         };
         let improve = match rung {
@@ -220,7 +231,11 @@ fn climb(
             Rung::Plain(Road::Paired(_)) => Improve::First,
             Rung::Plain(Road::SplitInput) => Improve::FirstIfFew,
         };
-        let finished = finish(ctx, &component, &climb.index, draft, improve)?;
+        let Some(finished) = contained(|| finish(ctx, &component, &climb.index, draft, improve)) else {
+            climb.warnings.push(format!("quads of level {level:?} were not finished: {CONTAINED}"));
+            continue;
+        };
+        let finished = finished?;
         climb.no_second_field |= !matches!(rung, Rung::Open(_)) && map.as_ref().is_some_and(is_hopeless);
         let Some(refusal) = finished.refusal else {
             let mut warnings = climb.warnings.clone();
@@ -278,6 +293,14 @@ fn climb(
 }
 
 impl Climb<'_> {
+    /// Notes, once, that there is no time for another map.
+    fn no_time(&mut self) {
+        let warning = "no time was left for a map: the deadline was near";
+        if self.warnings.last().is_none_or(|last| last != warning) {
+            self.warnings.push(warning.to_owned());
+        }
+    }
+
     /// The component with the features that a rung keeps; `None` if a rung above has tried the same.
     fn component(&self, keep: Keep, spec: &RemeshSpec) -> Option<Component> {
         // Features that the user named are never given up.
@@ -317,16 +340,16 @@ impl Climb<'_> {
             by_map(ctx, working, &QuadCoverOptions { boundary_free, ..options })
         };
         let no_map = if boundary_free { NOT_FREE } else { "no quads from the map:" };
-        match catch_unwind(AssertUnwindSafe(by_map)) {
-            Ok(Ok(found)) => return Ok(Some(found)),
-            Ok(Err(Failure::Cancelled(c))) => return Err(c),
-            Ok(Err(Failure::Cause(cause, map))) => {
+        match contained(by_map) {
+            Some(Ok(found)) => return Ok(Some(found)),
+            Some(Err(Failure::Cancelled(c))) => return Err(c),
+            Some(Err(Failure::Cause(cause, map))) => {
                 self.warnings.push(format!("{no_map} {cause}"));
                 // Without a map another field fails the same way: too many integers, or a failed solve.
                 self.no_second_field |= !boundary_free && map.as_deref().is_none_or(is_hopeless);
                 self.map = self.map.take().or(map.map(|map| *map));
             }
-            Err(_) => self.warnings.push(format!("{no_map} an internal error was contained")),
+            None => self.warnings.push(format!("{no_map} {CONTAINED}")),
         }
         Ok(None)
     }
@@ -336,6 +359,14 @@ impl Climb<'_> {
 /// far below the size of the quads.
 fn is_hopeless(map: &(Working, QuadCoverMap)) -> bool {
     map.1.measures.flipped > HOPELESS_FLIPS || map.1.n_integers > HOPELESS_INTEGERS
+}
+
+/// What warnings say of a panic.
+const CONTAINED: &str = "an internal error was contained";
+
+/// What the work gives, unless it panics.
+fn contained<T>(work: impl FnOnce() -> T) -> Option<T> {
+    catch_unwind(AssertUnwindSafe(work)).ok()
 }
 
 enum Failure {

@@ -6,6 +6,7 @@ use crate::engine::parameterize::GridMap;
 use crate::engine::pipeline::component::Component;
 use crate::engine::pipeline::ladder::Solved;
 use crate::engine::pipeline::report::{BranchReport, MapReport, Singularity};
+use crate::engine::pipeline::spec::WorkingMesh;
 
 /// A parameterisation on its working mesh.
 #[derive(Clone, Debug)]
@@ -24,8 +25,8 @@ pub struct MapOutcome {
     pub report: MapReport,
 }
 
-/// Joins the maps of the components that have one; `None` if none has.
-pub(super) fn assemble_map(components: &[Component], solved: &[Solved]) -> Option<MapOutcome> {
+/// Joins the maps of the components that have one; `None` if none has. Maps that live on the input come in its order.
+pub(super) fn assemble_map(components: &[Component], solved: &[Solved], choice: WorkingMesh) -> Option<MapOutcome> {
     let mut joined = MapOutcome {
         positions: Vec::new(),
         faces: Vec::new(),
@@ -35,10 +36,13 @@ pub(super) fn assemble_map(components: &[Component], solved: &[Solved]) -> Optio
         report: MapReport::default(),
     };
     let (mut weight, mut searched, mut largest) = (0.0, 0.0, 0.0);
+    let (mut vertices, mut halfedges) = (Vec::new(), Vec::new());
     for (component, solved) in components.iter().zip(solved) {
         let Some((working, map)) = &solved.map else { continue };
         let mesh = &working.surface.mesh;
         let shift = joined.positions.len() as u32;
+        vertices.extend_from_slice(&component.vertices);
+        halfedges.extend_from_slice(&component.halfedges);
         joined.positions.extend_from_slice(mesh.positions());
         joined.faces.extend(mesh.faces().iter().map(|f| f.map(|v| v + shift)));
         for s in map.field.singularities() {
@@ -89,6 +93,34 @@ pub(super) fn assemble_map(components: &[Component], solved: &[Solved]) -> Optio
     if let Some(BranchReport { curl_energy, .. }) = &mut report.branch_search {
         curl_energy.iter_mut().for_each(|energy| *energy /= searched);
     }
-    report.singularities = joined.singularities.clone();
+    if choice == WorkingMesh::Input {
+        joined.put_in_order(&vertices, &halfedges);
+    }
+    joined.report.singularities = joined.singularities.clone();
     Some(joined)
+}
+
+impl MapOutcome {
+    /// Puts vertices, faces and their corners into the order of numbers that all of them have elsewhere.
+    fn put_in_order(&mut self, vertices: &[u32], halfedges: &[u32]) {
+        let by = |numbers: &[u32]| {
+            let mut order: Vec<usize> = (0..numbers.len()).collect();
+            order.sort_unstable_by_key(|&i| numbers[i]);
+            order
+        };
+        let (of_vertices, of_halfedges) = (by(vertices), by(halfedges));
+        let mut rank = vec![0; of_vertices.len()];
+        (0..).zip(&of_vertices).for_each(|(new, &old)| rank[old] = new);
+        let corner = |h: usize| rank[self.faces[h / 3][h % 3] as usize];
+        self.faces = of_halfedges.chunks_exact(3).map(|h| [h[0], h[1], h[2]].map(corner)).collect();
+        self.positions = of_vertices.iter().map(|&v| self.positions[v]).collect();
+        for singularity in &mut self.singularities {
+            singularity.vertex = rank[singularity.vertex as usize];
+        }
+        let GridMap { uv, rotation, translation, iso } = &mut self.grid;
+        *uv = of_halfedges.iter().map(|&h| uv[h]).collect();
+        *rotation = of_halfedges.iter().map(|&h| rotation[h]).collect();
+        *translation = of_halfedges.iter().map(|&h| translation[h]).collect();
+        *iso = of_halfedges.iter().map(|&h| iso[h]).collect();
+    }
 }

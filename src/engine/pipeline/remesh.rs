@@ -160,7 +160,7 @@ fn make(
     give_up_features(&mut surface, &components, &solved);
     let mut warnings = Vec::new();
     warn_of(&solved, &mut warnings);
-    let map = assemble_map(&components, &solved);
+    let map = assemble_map(&components, &solved, spec.working_mesh);
     let mut draft = QuadDraft::default();
     let mut component = Vec::new();
     for (c, s) in (0..).zip(solved) {

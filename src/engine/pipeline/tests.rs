@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use crate::engine::mesh::TriangleSoup;
+use crate::engine::mesh::{TriMesh, TriangleSoup, next};
 use crate::engine::mesh::shapes::sample_surface;
 use crate::engine::pipeline::report::Level;
-use crate::engine::pipeline::{Boundary, Outcome, RemeshSpec, Target, remesh};
+use crate::engine::parameterize::rotate;
+use crate::engine::pipeline::{Boundary, Outcome, RemeshSpec, Target, WorkingMesh, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::RunContext;
 
@@ -167,4 +168,54 @@ fn a_surface_without_boundary_has_nothing_to_leave_free() {
     let [followed, free] = [Boundary::Align, Boundary::Free]
         .map(|boundary| certified(&soup, 400, RemeshSpec { boundary, ..RemeshSpec::default() }).quads);
     assert_eq!(followed, free);
+}
+
+/// A mesh as a soup with its vertices and triangles in another order, and triangles that begin elsewhere.
+fn renumbered(mesh: &TriMesh) -> TriangleSoup {
+    let n = mesh.n_vertices();
+    let step = [7919, 7907, 7901].into_iter().find(|step| n % step != 0).unwrap();
+    let name = |v: u32| (v as usize * step % n) as u32;
+    let mut positions = mesh.positions().to_vec();
+    (0..n as u32).for_each(|v| positions[name(v) as usize] = mesh.position(v));
+    let mut faces: Vec<[u32; 3]> = mesh.faces().iter().rev().map(|t| t.map(name)).collect();
+    faces.iter_mut().enumerate().for_each(|(f, face)| face.rotate_left(f % 3));
+    TriangleSoup::from_triangles(positions, &faces)
+}
+
+#[test]
+fn quads_do_not_depend_on_the_numbering_of_the_input() {
+    for name in ["noisy_blob", "gear"] {
+        let other = renumbered(&sample_surface(name, 5000).unwrap().mesh);
+        let [a, b] = [&soup_of(name, 5000), &other].map(|soup| certified(soup, 1200, RemeshSpec::default()));
+        let (a, b) = (a.report.quads, b.report.quads);
+        assert_eq!((a.count, &a.valences), (b.count, &b.valences), "{name}");
+        assert!((a.rsd_edge - b.rsd_edge).abs() < 1e-3, "{name}: {} {}", a.rsd_edge, b.rsd_edge);
+    }
+}
+
+#[test]
+fn maps_on_the_input_come_in_its_order() {
+    let [a, b] = ["sphere", "torus"].map(|name| sample_surface(name, 3000).unwrap().mesh);
+    let n = a.n_vertices() as u32;
+    let positions = [a.positions().to_vec(), b.positions().iter().map(|&p| p + DVec3::X * 4.0).collect()].concat();
+    // Triangles of the two in turn.
+    let mut faces: Vec<[u32; 3]> = Vec::new();
+    for f in 0..a.n_faces().max(b.n_faces()) {
+        faces.extend(a.faces().get(f));
+        faces.extend(b.faces().get(f).map(|t| t.map(|v| v + n)));
+    }
+    let soup = TriangleSoup::from_triangles(positions, &faces);
+    let spec = RemeshSpec { working_mesh: WorkingMesh::Input, ..RemeshSpec::default() };
+    let map = certified(&soup, 700, spec).map.unwrap();
+    assert_eq!((&map.positions, &map.faces), (&soup.positions, &faces));
+    let mesh = TriMesh::try_new(map.positions, map.faces).unwrap();
+    for h in 0..mesh.n_halfedges() {
+        let across = next(mesh.twin(h).unwrap());
+        let seen = rotate(map.grid.uv[across], map.grid.rotation[h]) + map.grid.translation[h].as_dvec2();
+        assert!(seen.distance(map.grid.uv[h]) < 1e-9, "halfedge {h}");
+    }
+    for s in &map.singularities {
+        assert_eq!(s.uv, map.grid.uv[mesh.outgoing(s.vertex)].to_array());
+    }
+    assert_eq!(map.singularities.iter().map(|s| s.index_quarters).sum::<i32>(), 8, "four times 2 + 0");
 }

@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
 /// The stages of a run, in the order in which a run meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -80,6 +80,9 @@ pub enum StopReason {
     Deadline = 2,
     /// The process is shutting down; the job will be run again.
     Shutdown = 3,
+    /// The deadline is near: what may take long gives way to what surely ends. Only a [`RunContext::unhurried`] part
+    /// of the run is stopped by it.
+    Hurry = 4,
 }
 
 /// The run was asked to stop. Never logged as a failure.
@@ -144,8 +147,16 @@ impl Observer for Both {
     }
 }
 
+/// What the caller asked of the run.
+#[derive(Default)]
+struct Wishes {
+    /// A [`StopReason`], 0 for none.
+    stop: AtomicU8,
+    hurry: AtomicBool,
+}
+
 struct Shared {
-    stop: Arc<AtomicU8>,
+    wishes: Arc<Wishes>,
     thousandths: AtomicU32,
     observer: Box<dyn Observer>,
 }
@@ -156,6 +167,8 @@ struct Shared {
 pub struct RunContext {
     shared: Arc<Shared>,
     seed: u64,
+    /// Whether a hurry stops it.
+    unhurried: bool,
 }
 
 impl Debug for RunContext {
@@ -170,15 +183,15 @@ impl RunContext {
         Self::with(Arc::default(), seed, Box::new(observer))
     }
 
-    fn with(stop: Arc<AtomicU8>, seed: u64, observer: Box<dyn Observer>) -> Self {
-        let shared = Shared { stop, thousandths: AtomicU32::new(0), observer };
-        Self { shared: Arc::new(shared), seed }
+    fn with(wishes: Arc<Wishes>, seed: u64, observer: Box<dyn Observer>) -> Self {
+        let shared = Shared { wishes, thousandths: AtomicU32::new(0), observer };
+        Self { shared: Arc::new(shared), seed, unhurried: false }
     }
 
     /// The same run, with this seed, heard by one more observer. Whoever stops one of the two contexts stops both.
     pub fn also(&self, seed: u64, observer: impl Observer + 'static) -> Self {
         let both = Both { first: self.clone(), second: Box::new(observer) };
-        Self::with(self.shared.stop.clone(), seed, Box::new(both))
+        Self { unhurried: self.unhurried, ..Self::with(self.shared.wishes.clone(), seed, Box::new(both)) }
     }
 
     /// The last steps of the same run: heard by the same observers, but not stopped by what stopped it so far. For
@@ -186,6 +199,11 @@ impl RunContext {
     pub fn unstopped(&self) -> Self {
         let both = Both { first: self.clone(), second: Box::new(Silent) };
         Self::with(Arc::default(), self.seed, Box::new(both))
+    }
+
+    /// The part of the same run that is stopped by a hurry, too.
+    pub fn unhurried(&self) -> Self {
+        Self { unhurried: true, ..self.clone() }
     }
 
     /// A run that nobody watches, with seed 0.
@@ -200,16 +218,27 @@ impl RunContext {
 
     /// Asks the run to stop at its next check. Only the first reason counts.
     pub fn stop(&self, reason: StopReason) {
-        let _ = self.shared.stop.compare_exchange(0, reason as u8, Ordering::AcqRel, Ordering::Acquire);
+        let _ = self.shared.wishes.stop.compare_exchange(0, reason as u8, Ordering::AcqRel, Ordering::Acquire);
+    }
+
+    /// Says that the deadline is near.
+    pub fn hurry(&self) {
+        self.shared.wishes.hurry.store(true, Ordering::Release);
+    }
+
+    /// Whether the deadline is near.
+    pub fn is_hurried(&self) -> bool {
+        self.shared.wishes.hurry.load(Ordering::Acquire)
     }
 
     /// The reason why the run was asked to stop, if it was.
     pub fn stopped(&self) -> Option<StopReason> {
-        match self.shared.stop.load(Ordering::Acquire) {
+        match self.shared.wishes.stop.load(Ordering::Acquire) {
             1 => Some(StopReason::Client),
             2 => Some(StopReason::Deadline),
             3 => Some(StopReason::Shutdown),
-            _ => None,
+            4 => Some(StopReason::Hurry),
+            _ => (self.unhurried && self.is_hurried()).then_some(StopReason::Hurry),
         }
     }
 
@@ -276,5 +305,17 @@ mod tests {
         outer.stop(StopReason::Deadline);
         assert_eq!(inner.check(), Err(Cancelled(StopReason::Deadline)));
         assert_eq!(inner.unstopped().check(), Ok(()));
+    }
+
+    #[test]
+    fn a_hurry_stops_the_unhurried_part_alone() {
+        let ctx = RunContext::silent();
+        let part = ctx.unhurried().also(0, Silent);
+        assert_eq!(part.check(), Ok(()));
+        ctx.hurry();
+        assert_eq!((ctx.check(), part.check()), (Ok(()), Err(Cancelled(StopReason::Hurry))));
+        assert!(part.is_hurried() && !part.unstopped().is_hurried());
+        ctx.stop(StopReason::Client);
+        assert_eq!(part.check(), Err(Cancelled(StopReason::Client)));
     }
 }

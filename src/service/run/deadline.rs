@@ -6,7 +6,10 @@ use std::time::Duration;
 
 use crate::engine::run::{RunContext, StopReason};
 
-/// Stops the run with [`StopReason::Deadline`] unless dropped before.
+/// Share of the time after which the run is told to hurry.
+const HURRY: f64 = 0.6;
+
+/// Tells the run to hurry, then stops it with [`StopReason::Deadline`] unless dropped before.
 #[derive(Debug)]
 pub(super) struct Deadline {
     alive: Option<Sender<()>>,
@@ -18,7 +21,13 @@ impl Deadline {
     pub(super) fn start(context: RunContext, after: Duration) -> Self {
         let (alive, gone) = channel::<()>();
         let timer = std::thread::Builder::new().name("deadline".to_owned()).spawn(move || {
-            if gone.recv_timeout(after) == Err(RecvTimeoutError::Timeout) {
+            let is_over = |time: Duration| gone.recv_timeout(time) != Err(RecvTimeoutError::Timeout);
+            let patience = after.mul_f64(HURRY);
+            if is_over(patience) {
+                return;
+            }
+            context.hurry();
+            if !is_over(after.saturating_sub(patience)) {
                 context.stop(StopReason::Deadline);
             }
         });
@@ -51,10 +60,10 @@ mod tests {
         while late.stopped().is_none() {
             std::thread::yield_now();
         }
-        assert_eq!(late.stopped(), Some(StopReason::Deadline));
+        assert_eq!((late.stopped(), late.is_hurried()), (Some(StopReason::Deadline), true));
         drop(timer);
         let early = RunContext::silent();
         drop(Deadline::start(early.clone(), Duration::from_secs(3600)));
-        assert_eq!(early.stopped(), None);
+        assert_eq!((early.stopped(), early.is_hurried()), (None, false));
     }
 }

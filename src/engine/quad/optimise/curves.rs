@@ -65,6 +65,23 @@ impl Curve {
         self.points[i] + t * (self.points[i + 1] - self.points[i])
     }
 
+    /// Arc parameters of at most `most` of its points between `lo` and `hi` (which may lie beyond 0 and length on a closed
+    /// curve), evenly chosen; they are not wrapped.
+    pub(crate) fn bends_between(&self, lo: f64, hi: f64, most: usize) -> Vec<f64> {
+        let mut bends = Vec::new();
+        let mut turn = if self.closed { (lo / self.length()).floor() * self.length() } else { 0.0 };
+        while turn < hi {
+            let first = self.arcs.partition_point(|&a| a + turn <= lo);
+            bends.extend(self.arcs[first..].iter().map(|a| a + turn).take_while(|&a| a < hi));
+            if !self.closed {
+                break;
+            }
+            turn += self.length();
+        }
+        let step = bends.len().div_ceil(most.max(1)).max(1);
+        bends.into_iter().step_by(step).collect()
+    }
+
     fn segment(&self, arc: f64) -> usize {
         self.arcs.partition_point(|&a| a <= arc).clamp(1, self.arcs.len() - 1) - 1
     }

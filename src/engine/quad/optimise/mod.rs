@@ -1,11 +1,12 @@
 //! Optimisation of the positions of a quad draft on its surface.
 //!
 //! Vertices walk over the triangles (`sheet`) or slide along feature curves (`curves`, `chains`); folded quads
-//! are turned right side up first (`untangle`), then all are relaxed towards squares (`relax`), every single step
-//! guarded by the quality of the quads it touches.
+//! are turned right side up first (`untangle`), then all are relaxed towards squares (`relax`), and those on curves moved
+//! to where the curves bend (`fit`), every single step guarded by the quality of the quads it touches.
 
 mod chains;
 mod curves;
+mod fit;
 mod incidence;
 mod relax;
 mod sequence;

@@ -49,6 +49,15 @@ fn fitted_sides(p: &[DVec3; 4], up: DVec3, size: f64, guide: DVec3) -> (DVec3, D
     (size * r, size * s)
 }
 
+/// Which vertices are relaxed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Moving {
+    /// All that may move at all.
+    All,
+    /// Those that are on no curve.
+    Inner,
+}
+
 /// Relaxes for at most `rounds` rounds. `sizes`: wanted edge length per quad; `guides`: a direction to turn to per quad,
 /// zero for none, or empty.
 pub(crate) fn relax(
@@ -56,6 +65,7 @@ pub(crate) fn relax(
     state: &mut State<'_>,
     sizes: &[f64],
     guides: &[DVec3],
+    moving: Moving,
     rounds: usize,
 ) -> Result<(), Cancelled> {
     let guide = |q: usize| guides.get(q).copied().unwrap_or(DVec3::ZERO);
@@ -65,7 +75,12 @@ pub(crate) fn relax(
     let mut unknown = vec![u32::MAX; n_vertices];
     let mut free: Vec<u32> = Vec::new();
     for v in 0..n_vertices {
-        if state.places[v] != Place::Fixed && !state.incidence.corners_of(v as u32).is_empty() {
+        let may_move = match state.places[v] {
+            Place::Fixed => false,
+            Place::Curve(..) => moving == Moving::All,
+            Place::Sheet(_) => true,
+        };
+        if may_move && !state.incidence.corners_of(v as u32).is_empty() {
             unknown[v] = free.len() as u32;
             free.push(v as u32);
         }

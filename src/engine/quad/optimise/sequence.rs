@@ -10,7 +10,8 @@ use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::optimise::curves::trace_curves;
 use crate::engine::quad::optimise::incidence::counted_edges;
-use crate::engine::quad::optimise::relax::relax;
+use crate::engine::quad::optimise::fit::fit_curves;
+use crate::engine::quad::optimise::relax::{Moving, relax};
 use crate::engine::quad::optimise::shape::{area_vector, centre};
 use crate::engine::quad::optimise::sheet::Sheet;
 use crate::engine::quad::optimise::state::State;
@@ -71,7 +72,10 @@ pub fn optimise(
     untangle(ctx, &mut state, &sizes)?;
     lift_worst(ctx, &mut state, 0.05, 24)?;
     let guides = guides(ctx, &state, &options.strokes, &sizes)?;
-    relax(ctx, &mut state, &sizes, &guides, options.iterations)?;
+    relax(ctx, &mut state, &sizes, &guides, Moving::All, options.iterations)?;
+    if options.iterations > 0 && fit_curves(ctx, &mut state)? {
+        relax(ctx, &mut state, &sizes, &guides, Moving::Inner, options.iterations.div_ceil(2))?;
+    }
     lift_worst(ctx, &mut state, WORST, if options.iterations > 0 { 8 } else { 0 })?;
     let positions = state.positions;
     draft.mesh.positions = positions;

@@ -198,6 +198,16 @@ impl<'a> State<'a> {
         }
     }
 
+    /// The curve of a slider, the mean gap of its chain, and its distances along the curve to what comes before and
+    /// after it; `None` where its chain is not known from end to end.
+    pub(super) fn stretch(&self, slider: u32, arc: f64) -> Option<(&Curve, f64, [f64; 2])> {
+        let own = &self.sliders[slider as usize];
+        if own.gap <= 0.0 || own.limits.contains(&Limit::Loose) {
+            return None;
+        }
+        Some((&self.curves[own.curve as usize], own.gap, [0, 1].map(|side| self.room(slider, arc, side))))
+    }
+
     /// Distance along the curve to the next vertex or end below (side 0) or above (side 1).
     fn room(&self, slider: u32, arc: f64, side: usize) -> f64 {
         let slider = &self.sliders[slider as usize];
