@@ -15,7 +15,7 @@ mod soup;
 mod tri_mesh;
 
 pub use conditioned::{Conditioned, Surface, SurfacePart};
-pub use feature_detection::{FeatureOptions, detect_features, features_of_edges};
+pub use feature_detection::{FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};
 pub use features::Features;
 pub use influences::Influences;
 pub use locate::{SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};

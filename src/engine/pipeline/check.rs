@@ -29,7 +29,7 @@ pub fn check(
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
     let edge_length = edge_length(&conditioned, spec)?;
-    let features =
+    let (features, _) =
         ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let surface = Surface { mesh: conditioned.mesh, features };
     ctx.stage(Stage::Certify, || {

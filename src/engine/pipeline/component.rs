@@ -7,8 +7,19 @@ use glam::DVec3;
 use crate::engine::field::quads_of;
 use crate::engine::mesh::Features;
 use crate::engine::mesh::Surface;
+use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::SurfacePart;
 use crate::engine::mesh::closest_on_segment;
+use crate::engine::pipeline::sizing::size_at;
+
+/// Size of quads around dense places, relative to the edge length,
+const DENSE: f64 = 0.5;
+/// which they have within so many edge lengths of the place,
+const DENSE_RADIUS: f64 = 1.0;
+/// and by which they grow per edge length beyond.
+const DENSE_SLOPE: f64 = 0.3;
+/// Dense places nearer to each other than so many edge lengths are one.
+const DENSE_APART: f64 = 0.5;
 
 /// One connected component of a surface and its density.
 #[derive(Clone, Debug)]
@@ -24,6 +35,8 @@ pub(super) struct Component {
     pub(super) quads: f64,
     /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
     pub(super) log_size: Vec<f64>,
+    /// Places with detail below the size of the quads, around which they are to be smaller.
+    pub(super) dense: Arc<[DVec3]>,
     /// Lines to follow, of the whole model.
     pub(super) strokes: Arc<[Vec<DVec3>]>,
 }
@@ -83,6 +96,25 @@ impl Component {
         Some(self.with_edges(kept))
     }
 
+    /// The same component with smaller quads around more places; `None` if there are no others than so far.
+    pub(super) fn denser(&self, places: &[DVec3]) -> Option<Self> {
+        let dense = apart(self.dense.iter().chain(places).copied(), DENSE_APART * self.edge_length);
+        (dense.len() > self.dense.len()).then(|| Self { dense: dense.into(), ..self.clone() })
+    }
+
+    /// Whether all quads are to be alike.
+    pub(super) fn is_even(&self) -> bool {
+        self.log_size.is_empty() && self.dense.is_empty()
+    }
+
+    /// Logarithm of the size of quads at a point near the surface, relative to the edge length.
+    pub(super) fn log_size_at(&self, index: &SurfaceIndex, p: DVec3) -> f64 {
+        let nearest = self.dense.iter().map(|q| q.distance_squared(p)).fold(f64::INFINITY, f64::min).sqrt();
+        let beyond = (nearest / self.edge_length - DENSE_RADIUS).max(0.0);
+        let dense = (DENSE + DENSE_SLOPE * beyond).min(1.0).ln();
+        dense.min(size_at(&self.surface.mesh, index, &self.log_size, p))
+    }
+
     /// The same component with quads of `factor` times the edge length.
     pub(super) fn finer(&self, factor: f64) -> Self {
         let (edge_length, quads) = (self.edge_length * factor, self.quads / (factor * factor));
@@ -104,6 +136,17 @@ impl Component {
         let surface = Surface { mesh: mesh.clone(), features: Features { edges, corners } };
         Self { surface, ..self.clone() }
     }
+}
+
+/// Those of the points that are at least `least` from all before them.
+fn apart(points: impl Iterator<Item = DVec3>, least: f64) -> Vec<DVec3> {
+    let mut kept: Vec<DVec3> = Vec::new();
+    for p in points {
+        if kept.iter().all(|q| q.distance_squared(p) >= least * least) {
+            kept.push(p);
+        }
+    }
+    kept
 }
 
 fn degrees(edges: &[[u32; 2]], n: usize) -> Vec<u32> {
@@ -142,9 +185,16 @@ const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
-/// Splits a surface; components in order of their first faces, each in its canonical numbering. `log_size` are sizes relative to the edge length per
-/// vertex, empty if all quads are to be alike.
-pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64], strokes: &[Vec<DVec3>]) -> Vec<Component> {
+/// Splits a surface; components in order of their first faces, each in its canonical numbering. `log_size` are sizes
+/// relative to the edge length per vertex, empty if all quads are to be alike; `detail` vertices around which quads are
+/// to be smaller, sorted.
+pub(super) fn split(
+    surface: &Surface,
+    edge_length: f64,
+    log_size: &[f64],
+    detail: &[u32],
+    strokes: &[Vec<DVec3>],
+) -> Vec<Component> {
     let strokes: Arc<[Vec<DVec3>]> = strokes.into();
     let component = |part: SurfacePart| {
         let part = part.in_canonical_order();
@@ -158,6 +208,8 @@ pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64], strok
         let shift = if log_size.is_empty() { 0.0 } else { 0.5 * (quads_of(&part.surface.mesh, &log_size) / area).ln() };
         log_size.iter_mut().for_each(|log| *log += shift);
         let edge_length = (edge_length * (-shift).exp()).min((area / least).sqrt());
+        let detailed = part.vertices.iter().filter(|v| detail.binary_search(v).is_ok());
+        let dense = apart(detailed.map(|&v| surface.mesh.position(v)), DENSE_APART * edge_length);
         Component {
             surface: part.surface,
             vertices: part.vertices,
@@ -165,6 +217,7 @@ pub(super) fn split(surface: &Surface, edge_length: f64, log_size: &[f64], strok
             edge_length,
             quads: area / (edge_length * edge_length),
             log_size,
+            dense: dense.into(),
             strokes: strokes.clone(),
         }
     };
@@ -181,7 +234,7 @@ mod tests {
         let surface = sample_surface("cube", 1200).unwrap();
         let corner = surface.mesh.position(surface.features.corners[0]);
         let side = (surface.mesh.total_area() / 6.0).sqrt();
-        let component = split(&surface, side / edges_per_side, &[], &[]).remove(0);
+        let component = split(&surface, side / edges_per_side, &[], &[], &[]).remove(0);
         (component, corner, side)
     }
 

@@ -57,6 +57,8 @@ enum Rung {
     Map(f64),
     /// As `Map`, of a grid that the boundary cuts at any angle.
     Open(f64),
+    /// As `Map`, with smaller quads around the places where quads failed.
+    Denser(f64),
     /// As `Map`, of quads of this length relative to those asked for.
     Finer(f64, f64),
     /// A road without a map.
@@ -85,6 +87,7 @@ fn rungs(component: &Component, spec: &RemeshSpec) -> Vec<(Rung, Keep)> {
     let open = is_open.then_some((Rung::Open(spec.smoothing), Keep::Far(0.0)));
     let aligned = [
         (map, Keep::Far(0.0)),
+        (Rung::Denser(spec.smoothing), Keep::Far(0.0)),
         (map, Keep::Far(REFLEX)),
         (map, Keep::Far(1.5)),
         (smoother, Keep::Far(0.0)),
@@ -176,7 +179,7 @@ fn climb(
     let mut last = String::new();
     for (rung, keep) in rungs(component, spec) {
         ctx.check()?;
-        if !matches!(rung, Rung::Map(_))
+        if !matches!(rung, Rung::Map(_) | Rung::Denser(_))
             && let Some(Good { solved, .. }) = good.take()
         {
             return Ok(Ok(solved));
@@ -193,6 +196,13 @@ fn climb(
                 continue;
             }
         }
+        if let Rung::Denser(_) = rung {
+            let is_large = component.surface.mesh.n_faces() > MOST_FACES_FINER;
+            match component.denser(&climb.places) {
+                Some(denser) if !is_large => component = denser,
+                _ => continue,
+            }
+        }
         if let Rung::Plain(Road::Paired(times)) = rung
             && f64::from(times) * component.quads > MOST_PAIRED
         {
@@ -203,7 +213,7 @@ fn climb(
             continue;
         }
         let (draft, map, level) = match rung {
-            Rung::Map(smoothing) | Rung::Open(smoothing) | Rung::Finer(smoothing, _) => {
+            Rung::Map(smoothing) | Rung::Open(smoothing) | Rung::Denser(smoothing) | Rung::Finer(smoothing, _) => {
                 let boundary_free = matches!(rung, Rung::Open(_));
                 match climb.by_map(&ctx.unhurried(), &component, spec, smoothing, boundary_free) {
                     Ok(Some((draft, map))) => (draft, Some(map), Level::L0),
@@ -227,7 +237,7 @@ fn climb(
             }
         };
         let improve = match rung {
-            Rung::Map(_) | Rung::Open(_) | Rung::Finer(..) => Improve::IfBad,
+            Rung::Map(_) | Rung::Open(_) | Rung::Denser(_) | Rung::Finer(..) => Improve::IfBad,
             Rung::Plain(Road::Paired(_)) => Improve::First,
             Rung::Plain(Road::SplitInput) => Improve::FirstIfFew,
         };
@@ -246,8 +256,12 @@ fn climb(
                     climb.whole.surface.features.edges.len()
                 ));
             }
-            if map.is_none() && !(component.log_size.is_empty() && component.strokes.is_empty()) {
+            if map.is_none() && !(component.is_even() && component.strokes.is_empty()) {
                 warnings.push("quads of this level are even in size and follow no strokes".to_owned());
+            }
+            if !component.dense.is_empty() && map.is_some() {
+                let n = component.dense.len();
+                warnings.push(format!("density_floor: quads are smaller around {n} places with detail below their size"));
             }
             if matches!(rung, Rung::Finer(..)) {
                 warnings.push(format!(
@@ -257,7 +271,7 @@ fn climb(
                 ));
             }
             let kept_features = (!keeps_all).then(|| component.surface.features.clone());
-            let is_map = matches!(rung, Rung::Map(_) | Rung::Finer(..));
+            let is_map = matches!(rung, Rung::Map(_) | Rung::Denser(_) | Rung::Finer(..));
             let map = map.or_else(|| climb.map.take());
             let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
             let rank = (!finished.reflex.is_empty(), finished.away);

@@ -12,7 +12,7 @@ use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
-use crate::engine::mesh::{FeatureOptions, detect_features};
+use crate::engine::mesh::{FeatureOptions, detect_features_and_detail};
 use crate::engine::pipeline::component::{Component, split};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::ladder;
@@ -65,7 +65,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     })?;
     ctx.progress(0.05);
     let edge_length = edge_length(&conditioned, spec)?;
-    let features =
+    let (features, detail) =
         ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let Conditioned { mesh, polygon, repairs, mut warnings, origin, .. } = conditioned;
     let surface = Surface { mesh, features };
@@ -81,7 +81,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     };
     let made = match made {
         Some(made) => made,
-        None => make(ctx, surface.clone(), edge_length, &log_size, spec)?,
+        None => make(ctx, surface.clone(), edge_length, &log_size, &detail, spec)?,
     };
     // Where the deadline passed and every component has quads nevertheless, they are delivered, unless judging and
     // writing them would take long.
@@ -152,9 +152,10 @@ fn make(
     mut surface: Surface,
     edge_length: f64,
     log_size: &[f64],
+    detail: &[u32],
     spec: &RemeshSpec,
 ) -> Result<Made, RemeshError> {
-    let components = split(&surface, edge_length, log_size, &spec.strokes);
+    let components = split(&surface, edge_length, log_size, detail, &spec.strokes);
     let solved = solve(ctx, &components, spec)?;
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
     give_up_features(&mut surface, &components, &solved);
@@ -182,7 +183,7 @@ fn made_symmetric(
 ) -> Result<Option<Made>, RemeshError> {
     let min_length = SHORTEST_FEATURE * edge_length;
     let fold = ctx.stage(Stage::Condition, || fold(ctx, whole, log_size, axes, min_length, warnings))?;
-    let cause = match make(ctx, fold.surface.clone(), edge_length, &fold.log_size, spec) {
+    let cause = match make(ctx, fold.surface.clone(), edge_length, &fold.log_size, &[], spec) {
         Err(RemeshError::NoQuads { cause, .. }) => cause,
         made => match unfolded(made?, whole, &fold) {
             None => "the images do not fit together".to_owned(),
@@ -242,12 +243,13 @@ pub(super) fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Resul
     }
 }
 
+/// The features, and the vertices at detail that quads of this edge length are too large for.
 pub(super) fn features(
     conditioned: &Conditioned,
     soup: &TriangleSoup,
     spec: &RemeshSpec,
     edge_length: f64,
-) -> Features {
+) -> (Features, Vec<u32>) {
     let options = FeatureOptions {
         angle_degrees: spec.features.angle_degrees,
         materials: spec.features.materials,
@@ -255,7 +257,7 @@ pub(super) fn features(
         explicit: spec.features.edges.clone(),
         min_length: SHORTEST_FEATURE * edge_length,
     };
-    detect_features(conditioned, soup, &options)
+    detect_features_and_detail(conditioned, soup, &options)
 }
 
 /// Takes the features that components gave up out of the surface that the certificate compares with.

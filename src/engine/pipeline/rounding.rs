@@ -15,7 +15,7 @@ use crate::engine::pipeline::working::working_surface;
 use crate::engine::run::RunContext;
 
 /// Compares ways of rounding on the maps that a run with this spec begins with, component by component, over `offsets`
-/// random real optima each. Sizes are even, and there is neither a ladder nor symmetry.
+/// random real optima each. Sizes are those that the detail asks for, and there is neither a ladder nor symmetry.
 ///
 /// # Errors
 /// [`RemeshError`]: the input is refused, the run was stopped, or a component has no map.
@@ -28,7 +28,7 @@ pub fn rounding_trials(
     let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
     let conditioned = condition(ctx, soup, &options)?;
     let edge_length = edge_length(&conditioned, spec)?;
-    let features = features(&conditioned, soup, spec, edge_length);
+    let (features, detail) = features(&conditioned, soup, spec, edge_length);
     let surface = Surface { mesh: conditioned.mesh, features };
     let branch_points = match spec.optimise {
         Optimise::Relocate => Some(BranchOptions { create: false }),
@@ -44,5 +44,5 @@ pub fn rounding_trials(
             other => RemeshError::NoQuads { component: c, cause: other.to_string() },
         })
     };
-    split(&surface, edge_length, &[], &spec.strokes).iter().enumerate().map(trial).collect()
+    split(&surface, edge_length, &[], &detail, &spec.strokes).iter().enumerate().map(trial).collect()
 }

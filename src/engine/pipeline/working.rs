@@ -9,7 +9,6 @@ use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::{graded_working_mesh, working_mesh};
 use crate::engine::pipeline::component::Component;
-use crate::engine::pipeline::sizing::size_at;
 use crate::engine::pipeline::spec::WorkingMesh;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
@@ -38,19 +37,18 @@ pub(super) fn working_surface(
     index: &SurfaceIndex,
     choice: WorkingMesh,
 ) -> Result<Working, Cancelled> {
-    let Component { surface, log_size, edge_length, .. } = component;
+    let Component { surface, edge_length, .. } = component;
     let max_edge = LONGEST_EDGE * edge_length;
-    let size = |p: DVec3| size_at(&surface.mesh, index, log_size, p);
+    let size = |p: DVec3| component.log_size_at(index, p);
     let working = match choice {
         WorkingMesh::Input => surface.clone(),
-        WorkingMesh::Auto if log_size.is_empty() => working_mesh(ctx, surface, index, max_edge, MAX_FACES)?,
+        WorkingMesh::Auto if component.is_even() => working_mesh(ctx, surface, index, max_edge, MAX_FACES)?,
         WorkingMesh::Auto => graded_working_mesh(ctx, surface, index, max_edge, size, MAX_FACES)?,
     };
     let corner_of = corner_map(&working, surface);
-    let log_size = match choice {
-        _ if log_size.is_empty() => Vec::new(),
-        WorkingMesh::Input => log_size.clone(),
-        WorkingMesh::Auto => working.mesh.positions().par_iter().map(|&p| size(p)).collect(),
+    let log_size = match component.is_even() {
+        true => Vec::new(),
+        false => working.mesh.positions().par_iter().map(|&p| size(p)).collect(),
     };
     Ok(Working { surface: working, corner_of, log_size })
 }

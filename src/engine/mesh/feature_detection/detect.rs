@@ -54,6 +54,48 @@ pub fn detect_features(conditioned: &Conditioned, soup: &TriangleSoup, options: 
     Features { edges: network.edges(), corners }
 }
 
+/// Part of the length of all sharp edges from which the features make up a constructed shape: what is sharp besides is
+/// detail then, not noise.
+const CONSTRUCTED: f64 = 0.85;
+/// Detail is looked at this much more closely,
+const CLOSER: f64 = 0.5;
+/// and is heeded up to this share of the length of the features.
+const MOST_DETAIL: f64 = 0.15;
+/// Largest mesh in which it is looked for.
+const MOST_FACES_DETAILED: usize = 200_000;
+
+/// As [`detect_features`], with the detail of constructed shapes that quads of the size behind `min_length` cannot show:
+/// the vertices where smaller quads are needed, sorted. O(F log F).
+pub fn detect_features_and_detail(
+    conditioned: &Conditioned,
+    soup: &TriangleSoup,
+    options: &FeatureOptions,
+) -> (Features, Vec<u32>) {
+    let mesh = &conditioned.mesh;
+    let features = detect_features(conditioned, soup, options);
+    let lengths = |edges: &mut dyn Iterator<Item = [u32; 2]>| -> f64 {
+        edges.map(|e| mesh.position(e[0]).distance(mesh.position(e[1]))).sum()
+    };
+    let total = lengths(&mut features.edges.iter().copied());
+    let mut sharp = Network::new(mesh);
+    sharp.mark_sharp(options.angle_degrees.to_radians());
+    let is_constructed = total >= CONSTRUCTED * lengths(&mut sharp.edges().into_iter());
+    if features.edges.is_empty() || !is_constructed || mesh.n_faces() > MOST_FACES_DETAILED {
+        return (features, Vec::new());
+    }
+    let closer = FeatureOptions { min_length: CLOSER * options.min_length, ..options.clone() };
+    let closer = detect_features(conditioned, soup, &closer);
+    let is_new = |e: &[u32; 2]| features.edges.binary_search(e).is_err();
+    let detail: Vec<[u32; 2]> = closer.edges.iter().copied().filter(is_new).collect();
+    if lengths(&mut detail.iter().copied()) > MOST_DETAIL * total {
+        return (features, Vec::new());
+    }
+    let mut detail = detail.concat();
+    detail.sort_unstable();
+    detail.dedup();
+    (closer, detail)
+}
+
 /// The feature network that these edges make up, given as (lower, higher) vertex and sorted, with its corners and those
 /// of the boundary. `min_length` as in [`FeatureOptions`]. O(F log F).
 pub fn features_of_edges(mesh: &TriMesh, edges: &[[u32; 2]], min_length: f64) -> Features {

@@ -13,4 +13,4 @@ mod seeds;
 #[cfg(test)]
 mod tests;
 
-pub use detect::{FeatureOptions, detect_features, features_of_edges};
+pub use detect::{FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};

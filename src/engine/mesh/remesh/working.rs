@@ -12,7 +12,9 @@ const TOO_FINE: f64 = 3.0;
 const BAD_SHAPE: f64 = 0.1;
 /// … and so is a mesh with a larger part of such triangles.
 const BAD_PART: f64 = 0.02;
-/// Where sizes vary, a surface is remeshed at the smallest of them, but not below this share of the common one.
+/// Where sizes vary, a surface is remeshed at the size that is undercut by so much of its area,
+const FINER_PART: f64 = 0.2;
+/// but not below this share of the common one.
 const LEAST_EVEN: f64 = 0.6;
 
 /// A surface for the cross field and the map: no edge longer than about `max_edge`, room at the features, and if
@@ -66,14 +68,27 @@ pub fn graded_working_mesh(
     let local = least(mesh, &own);
     let ideal: f64 = (0..mesh.n_faces()).map(|f| mesh.area(f) * 4.0 / 3f64.sqrt() / (0.75 * local[f]).powi(2)).sum();
     let too_fine = |faces: usize| faces as f64 > (TOO_FINE * ideal).max(2000.0) || faces >= max_faces;
-    if !too_fine(mesh.n_faces()) && !is_badly_shaped(mesh) {
-        return Ok(refine(ctx, surface, |f| local[f as usize], max_faces)?.surface);
-    }
-    let finest = own.iter().copied().fold(0.0, f64::min).exp();
-    let even = IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * max_edge * finest.max(LEAST_EVEN)) };
-    let even = remesh_isotropic(ctx, surface, original, &even)?;
+    let even = if !too_fine(mesh.n_faces()) && !is_badly_shaped(mesh) {
+        // Sizes of a large triangle are known at its corners alone.
+        refine(ctx, surface, |f| max_edge.max(local[f as usize]), max_faces)?.surface
+    } else {
+        let usual = quantile(mesh, &local, FINER_PART).clamp(LEAST_EVEN * max_edge, max_edge);
+        remesh_isotropic(ctx, surface, original, &IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * usual) })?
+    };
     let local = least(&even.mesh, &sizes(&even.mesh));
     Ok(refine(ctx, &even, |f| local[f as usize], max_faces)?.surface)
+}
+
+/// The value that is undercut on this part of the area.
+fn quantile(mesh: &TriMesh, values: &[f64], part: f64) -> f64 {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let mut left = part * mesh.total_area();
+    let found = order.into_iter().find(|&f| {
+        left -= mesh.area(f);
+        left <= 0.0
+    });
+    found.map_or(f64::INFINITY, |f| values[f])
 }
 
 fn is_badly_shaped(mesh: &TriMesh) -> bool {
