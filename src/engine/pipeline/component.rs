@@ -41,8 +41,8 @@ pub(super) struct Component {
     pub(super) strokes: Arc<[Vec<DVec3>]>,
 }
 
-/// Feature curves shorter than this many quad edges are given up as a whole.
-const SHORT_CURVE: f64 = 6.0;
+/// Feature curves shorter than this many quad edges are given up as a whole, or than this many radii if that is less.
+const SHORT_CURVE: (f64, f64) = (6.0, 4.0);
 /// What is left of a feature curve is kept from this many quad edges on.
 const STUMP: f64 = 2.0;
 
@@ -74,7 +74,8 @@ impl Component {
             sizes[c] += length(&edges[e]);
             touched[c] |= near[e];
         }
-        let goes = |e: usize| near[e] || touched[curve[e]] && sizes[curve[e]] < SHORT_CURVE * self.edge_length;
+        let short = (SHORT_CURVE.0 * self.edge_length).min(SHORT_CURVE.1 * radius);
+        let goes = |e: usize| near[e] || touched[curve[e]] && sizes[curve[e]] < short;
         let mut kept: Vec<[u32; 2]> = (0..edges.len()).filter(|&e| !goes(e)).map(|e| edges[e]).collect();
         // Stumps: curves with a loose end that was none before.
         loop {

@@ -110,6 +110,8 @@ fn rungs(component: &Component, spec: &RemeshSpec) -> Vec<(Rung, Keep)> {
 /// A climb under way.
 struct Climb<'a> {
     whole: &'a Component,
+    /// The component with smaller quads where that was of use.
+    base: Component,
     index: SurfaceIndex,
     /// Places where quads of the map failed, or have reflex corners.
     places: Vec<DVec3>,
@@ -152,8 +154,8 @@ pub(super) fn solve(
 
 /// Certified quads that leave something to be wished for.
 struct Good {
-    /// Whether some have a straight or reflex corner, and their Hausdorff distance in quad edges.
-    rank: (bool, f64),
+    /// How many have a straight or reflex corner, and their Hausdorff distance in quad edges.
+    rank: (usize, f64),
     solved: Solved,
 }
 
@@ -170,6 +172,7 @@ fn climb(
 ) -> Result<Result<Solved, String>, Cancelled> {
     let mut climb = Climb {
         whole: component,
+        base: component.clone(),
         index: SurfaceIndex::new(&component.surface.mesh),
         places: Vec::new(),
         map: None,
@@ -261,7 +264,8 @@ fn climb(
             }
             if !component.dense.is_empty() && map.is_some() {
                 let n = component.dense.len();
-                warnings.push(format!("density_floor: quads are smaller around {n} places with detail below their size"));
+                warnings
+                    .push(format!("density_floor: quads are smaller around {n} places with detail below their size"));
             }
             if matches!(rung, Rung::Finer(..)) {
                 warnings.push(format!(
@@ -274,7 +278,7 @@ fn climb(
             let is_map = matches!(rung, Rung::Map(_) | Rung::Denser(_) | Rung::Finer(..));
             let map = map.or_else(|| climb.map.take());
             let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
-            let rank = (!finished.reflex.is_empty(), finished.away);
+            let rank = (finished.reflex.len(), finished.away);
             let solved = match good.take() {
                 Some(good) if good.rank <= rank => good,
                 _ => Good { rank, solved },
@@ -283,7 +287,7 @@ fn climb(
             let failures = climb.warnings.len();
             let is_lost = solved.rank.1 > LOST_A_PART && failures == 0;
             let is_small = component.surface.mesh.n_faces() < MOST_FACES_FINER;
-            let is_reflex = solved.rank.0 && failures < 2 && is_small;
+            let is_reflex = solved.rank.0 > 0 && failures < 2 && is_small;
             if !(is_map && (is_lost || is_reflex)) {
                 return Ok(Ok(solved.solved));
             }
@@ -298,7 +302,8 @@ fn climb(
             _ => format!("quads of level {level:?} were not certified: {}", refusal.cause),
         });
         if map.is_some() && keep != Keep::None {
-            climb.places.extend(refusal.places);
+            let denser = matches!(rung, Rung::Denser(_)) && good.is_none();
+            climb.failed_at(denser.then_some(component), refusal.places);
         }
         climb.map = climb.map.take().or(map);
         last = refusal.cause;
@@ -307,6 +312,14 @@ fn climb(
 }
 
 impl Climb<'_> {
+    /// Notes where quads failed. Smaller quads stay where that leaves fewer places than before.
+    fn failed_at(&mut self, denser: Option<Component>, places: Vec<DVec3>) {
+        match denser {
+            Some(denser) if places.len() < self.places.len() => (self.base, self.places) = (denser, places),
+            _ => self.places.extend(places),
+        }
+    }
+
     /// Notes, once, that there is no time for another map.
     fn no_time(&mut self) {
         let warning = "no time was left for a map: the deadline was near";
@@ -320,10 +333,10 @@ impl Climb<'_> {
         // Features that the user named are never given up.
         let may_give_up = spec.features.edges.is_empty();
         match keep {
-            Keep::Far(0.0) => Some(self.whole.clone()),
+            Keep::Far(0.0) => Some(self.base.clone()),
             Keep::Far(_) if self.places.is_empty() || !may_give_up => None,
-            Keep::Far(edges) => self.whole.without_features_near(&self.places, edges * self.whole.edge_length),
-            Keep::None if may_give_up => self.whole.without_features(),
+            Keep::Far(edges) => self.base.without_features_near(&self.places, edges * self.whole.edge_length),
+            Keep::None if may_give_up => self.base.without_features(),
             Keep::None => None,
         }
     }

@@ -73,7 +73,12 @@ pub fn graded_working_mesh(
         refine(ctx, surface, |f| max_edge.max(local[f as usize]), max_faces)?.surface
     } else {
         let usual = quantile(mesh, &local, FINER_PART).clamp(LEAST_EVEN * max_edge, max_edge);
-        remesh_isotropic(ctx, surface, original, &IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * usual) })?
+        remesh_isotropic(
+            ctx,
+            surface,
+            original,
+            &IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * usual) },
+        )?
     };
     let local = least(&even.mesh, &sizes(&even.mesh));
     Ok(refine(ctx, &even, |f| local[f as usize], max_faces)?.surface)
