@@ -110,10 +110,10 @@ impl Component {
 
     /// Logarithm of the size of quads at a point near the surface, relative to the edge length.
     pub(super) fn log_size_at(&self, index: &SurfaceIndex, p: DVec3) -> f64 {
+        let size = size_at(&self.surface.mesh, index, &self.log_size, p);
         let nearest = self.dense.iter().map(|q| q.distance_squared(p)).fold(f64::INFINITY, f64::min).sqrt();
         let beyond = (nearest / self.edge_length - DENSE_RADIUS).max(0.0);
-        let dense = (DENSE + DENSE_SLOPE * beyond).min(1.0).ln();
-        dense.min(size_at(&self.surface.mesh, index, &self.log_size, p))
+        size + (DENSE + DENSE_SLOPE * beyond).min(1.0).ln()
     }
 
     /// The same component with quads of `factor` times the edge length.
@@ -245,7 +245,7 @@ mod tests {
         let (all, bare) = (coarse.surface.features.edges.len(), coarse.without_features().unwrap());
         assert_eq!((bare.surface.features.edges.len(), bare.surface.features.corners.len()), (0, 0));
         assert!(bare.without_features().is_none() && bare.without_features_near(&[corner], side).is_none());
-        let less = coarse.without_features_near(&[corner], 0.1 * side).unwrap();
+        let less = coarse.without_features_near(&[corner], 0.4 * side).unwrap();
         assert_eq!(4 * less.surface.features.edges.len(), 3 * all, "three of twelve sides");
         assert_eq!(less.surface.features.corners.len(), 7);
         let (fine, corner, side) = cube(10.0);

@@ -154,14 +154,18 @@ pub(super) fn solve(
 
 /// Certified quads that leave something to be wished for.
 struct Good {
-    /// How many have a straight or reflex corner, and their Hausdorff distance in quad edges.
-    rank: (usize, f64),
+    /// Whether they miss the count, how many have a straight or reflex corner, and their Hausdorff distance in quad
+    /// edges.
+    rank: (bool, usize, f64),
     solved: Solved,
 }
 
 /// Certified quads of a map that are farther than this many edges from the surface have lost a part of it: another map
 /// may keep it.
 const LOST_A_PART: f64 = 2.0;
+
+/// Quads of which there are so many more or fewer than asked for, as a share, are delivered only for want of others.
+const MISSED: f64 = 0.1;
 
 /// Goes up the rungs; `good` is what there is to deliver when the run is stopped on the way.
 fn climb(
@@ -278,16 +282,18 @@ fn climb(
             let is_map = matches!(rung, Rung::Map(_) | Rung::Denser(_) | Rung::Finer(..));
             let map = map.or_else(|| climb.map.take());
             let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
-            let rank = (finished.reflex.len(), finished.away);
+            let count = solved.draft.mesh.quads.len() as f64 / climb.whole.quads;
+            let misses = spec.adapt_count && (count - 1.0).abs() > MISSED;
+            let rank = (misses, finished.reflex.len(), finished.away);
             let solved = match good.take() {
                 Some(good) if good.rank <= rank => good,
                 _ => Good { rank, solved },
             };
             // After failures the climb has taken long enough.
             let failures = climb.warnings.len();
-            let is_lost = solved.rank.1 > LOST_A_PART && failures == 0;
+            let is_lost = solved.rank.2 > LOST_A_PART && failures == 0;
             let is_small = component.surface.mesh.n_faces() < MOST_FACES_FINER;
-            let is_reflex = solved.rank.0 > 0 && failures < 2 && is_small;
+            let is_reflex = solved.rank.1 > 0 && failures < 2 && is_small;
             if !(is_map && (is_lost || is_reflex)) {
                 return Ok(Ok(solved.solved));
             }

@@ -215,7 +215,7 @@ fn maps_on_the_input_come_in_its_order() {
         assert!(seen.distance(map.grid.uv[h]) < 1e-9, "halfedge {h}");
     }
     for s in &map.singularities {
-        assert_eq!(s.uv, map.grid.uv[mesh.outgoing(s.vertex)].to_array());
+        assert!(mesh.fan(s.vertex).any(|h| s.uv == map.grid.uv[h].to_array()), "vertex {}", s.vertex);
     }
     assert_eq!(map.singularities.iter().map(|s| s.index_quarters).sum::<i32>(), 8, "four times 2 + 0");
 }

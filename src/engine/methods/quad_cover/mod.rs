@@ -120,6 +120,12 @@ const STROKE_WEIGHT: f64 = 100.0;
 const COUNT_TOLERANCE: f64 = 0.02;
 /// Scales tried at most.
 const MAX_SCALES: usize = 4;
+/// Further scales, relative to the best so far, where that is further than `COUNT_MISSED` off: few integers jump from one
+/// count to another, and the area says little about where.
+const NEARBY: [f64; 6] = [0.97, 1.03, 0.94, 1.06, 0.9, 1.1];
+const COUNT_MISSED: f64 = 0.04;
+/// Most integers for which they are tried.
+const FEW_INTEGERS: usize = 200;
 /// With more integers than this only two scales are tried: rounding is cubic in their number.
 const MANY_INTEGERS: usize = 400;
 
@@ -237,10 +243,21 @@ fn meet_count(
     let mut scale = 1.0 / options.edge_length;
     let mut best: Option<(f64, RoundedIntegers, GridMap, MapMeasures)> = None;
     let tries = if system.n_integers() > MANY_INTEGERS { 2 } else { MAX_SCALES };
-    for attempt in 0..tries {
+    let nearby: &[f64] = if system.n_integers() > FEW_INTEGERS { &[] } else { &NEARBY };
+    let mut centre = scale;
+    for attempt in 0..tries + nearby.len() {
+        if attempt >= tries {
+            if best.as_ref().is_some_and(|b| b.0 < COUNT_MISSED) {
+                break;
+            }
+            if attempt == tries {
+                centre = best.as_ref().map_or(scale, |b| b.1.scale);
+            }
+            scale = centre * nearby[attempt - tries];
+        }
         let rounded = system.round(ctx, &working.mesh, scale)?;
         let grid = match system.map(&working.mesh, &rounded) {
-            Err(e) if attempt + 1 == tries && best.is_none() => return Err(e.into()),
+            Err(e) if attempt + 1 == tries + nearby.len() && best.is_none() => return Err(e.into()),
             Err(_) => {
                 // Fractions depend on the integers, hence on the scale: try one nearby.
                 scale *= 1.03;
