@@ -259,4 +259,22 @@ mod tests {
         let stumps = fine.without_features_near(&[corner], 0.9 * side).unwrap();
         assert_eq!(4 * stumps.surface.features.edges.len(), 3 * all);
     }
+
+    #[test]
+    fn quads_are_half_as_large_around_dense_places_and_grow_away_from_them() {
+        let (cube, corner, side) = cube(10.0);
+        assert!(cube.is_even());
+        let denser = cube.denser(&[corner, corner * 1.01]).unwrap();
+        assert_eq!((denser.dense.len(), denser.is_even()), (1, false), "two places so near are one");
+        assert!(denser.denser(&[corner]).is_none());
+        let index = SurfaceIndex::new(&cube.surface.mesh);
+        let along = DVec3::X * -corner.x.signum() * cube.edge_length;
+        let sizes = [0.0, 0.9, 2.0, 3.0].map(|d| denser.log_size_at(&index, corner + d * along).exp());
+        let wanted = [0.5, 0.5, 0.8, 1.0];
+        assert!(sizes.iter().zip(wanted).all(|(s, w)| (s - w).abs() < 1e-9), "{sizes:?} of {side}");
+        // What was asked for besides is kept.
+        let log_size = vec![0.7; cube.vertices.len()];
+        let larger = Component { log_size, ..denser };
+        assert!((larger.log_size_at(&index, corner + 5.0 * along) - 0.7).abs() < 1e-9);
+    }
 }

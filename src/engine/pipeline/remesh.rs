@@ -360,4 +360,17 @@ mod tests {
             assert!(matches!(stopped, Err(RemeshError::Cancelled(_))), "{stage:?}");
         }
     }
+
+    #[test]
+    fn in_a_hurry_there_are_pairs_of_triangles_instead_of_a_map() {
+        let mesh = sample_surface("genus2", 2000).unwrap().mesh;
+        let soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
+        let spec = RemeshSpec { target: Target::Quads(600), ..RemeshSpec::default() };
+        let ctx = RunContext::silent();
+        ctx.hurry();
+        let report = remesh(&ctx, &soup, &spec).unwrap().report;
+        assert_eq!((report.certified, report.level), (true, Level::L3));
+        assert!(report.warnings.iter().any(|w| w.contains("no time was left for a map")), "{:?}", report.warnings);
+        assert!((report.quads.count as f64 / 600.0 - 1.0).abs() < 0.5, "{}", report.quads.count);
+    }
 }

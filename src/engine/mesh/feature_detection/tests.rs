@@ -100,3 +100,39 @@ fn small_cycles_are_opened_and_large_ones_kept() {
     // Perimeters of 0.32: one edge of each must go, and what then is loose or small with it.
     assert!((12..24).contains(&edges(0.04)), "{}", edges(0.04));
 }
+
+/// Cubes of these sides in a row as one soup.
+fn cubes(sides: &[f64]) -> TriangleSoup {
+    let mut soup = TriangleSoup::default();
+    let mut at = 0.0;
+    for &side in sides {
+        let one = cube();
+        let first = soup.positions.len() as u32;
+        soup.positions.extend(one.positions.iter().map(|&p| p * side + DVec3::X * at));
+        for polygon in one.polygons() {
+            soup.push_polygon(&polygon.iter().map(|&v| v + first).collect::<Vec<_>>());
+        }
+        at += 2.0 * side;
+    }
+    soup
+}
+
+/// Sides too short for a quad are kept where the rest of the model says that they are meant, and smaller quads are asked
+/// for there.
+#[test]
+fn detail_of_constructed_shapes_is_kept_and_named() {
+    let options = FeatureOptions { min_length: 4.0, ..FeatureOptions::default() };
+    let detected = |sides: &[f64]| {
+        let soup = cubes(sides);
+        let surface = condition(&RunContext::silent(), &soup, &ConditionOptions::default()).unwrap();
+        let plain = detect_features(&surface, &soup, &options);
+        let (features, detail) = detect_features_and_detail(&surface, &soup, &options);
+        (plain.edges.len(), features.edges.len(), detail.iter().map(|&v| surface.mesh.position(v)).collect::<Vec<_>>())
+    };
+    let (plain, all, detail) = detected(&[10.0, 0.9]);
+    assert!(plain < 24 && all == 24, "{plain} {all}");
+    assert!(!detail.is_empty() && detail.iter().all(|p| p.x > 15.0), "{detail:?}");
+    // Where most of what is sharp is as small, it is left as it was.
+    let (plain, all, detail) = detected(&[2.0, 0.9, 0.9, 0.9, 0.9, 0.9]);
+    assert_eq!((plain, detail), (all, Vec::new()));
+}

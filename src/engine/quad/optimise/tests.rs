@@ -327,3 +327,36 @@ fn what_does_not_fit_is_left_alone_and_a_stopped_run_stops() {
     ctx.stop(StopReason::Client);
     assert!(optimise(&ctx, &surface, &index, good, &options).is_err());
 }
+
+/// A bend of a boundary in the middle of a side gets a vertex.
+#[test]
+fn vertices_on_curves_go_where_the_curves_bend() {
+    let flat = square(40);
+    // One side has a roof over it whose ridge lies between two vertices of the even grid.
+    let roof = |x: f64| (0.36 * (0.25 - (x - 0.55).abs())).max(0.0);
+    let raised = flat.mesh.positions().iter().map(|p| DVec3::new(p.x, p.y + p.y * roof(p.x), 0.0)).collect();
+    let surface = Surface {
+        mesh: TriMesh::try_new(raised, flat.mesh.faces().to_vec()).unwrap(),
+        features: flat.features.clone(),
+    };
+    let options = |iterations| OptimiseOptions {
+        iterations,
+        edge_length: 0.1,
+        log_size: Vec::new(),
+        strokes: Vec::new(),
+        held: Vec::new(),
+    };
+    let index = SurfaceIndex::new(&surface.mesh);
+    let missed = |iterations: usize| {
+        let draft = grid(&surface, 10);
+        let done = optimise(&RunContext::silent(), &surface, &index, draft, &options(iterations)).unwrap().mesh;
+        let sides = counted_edges(&done.quads).into_iter().filter(|e| e.1 == 1).map(|e| e.0);
+        let sides: Vec<_> = sides.map(|e| e.map(|v| done.positions[v as usize])).collect();
+        let ridge = DVec3::new(0.55, 1.0 + roof(0.55), 0.0);
+        let off = |&[a, b]: &[DVec3; 2]| crate::engine::mesh::closest_on_segment(ridge, a, b).1.distance(ridge);
+        assert!(done.quads.iter().all(|q| quality(&q.map(|v| done.positions[v as usize]), DVec3::Z) > 0.5));
+        sides.iter().map(off).fold(f64::INFINITY, f64::min)
+    };
+    let (even, fitted) = (missed(0), missed(20));
+    assert!(even > 0.015 && fitted < 0.3 * even, "{even} {fitted}");
+}
