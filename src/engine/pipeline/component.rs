@@ -181,6 +181,9 @@ fn root(parent: &[usize], mut e: usize) -> usize {
     e
 }
 
+/// Components of fewer faces keep the numbering of the input.
+const FEW_FACES: usize = 1000;
+
 /// Fewest quads that a component gets, and more for each boundary loop and each handle: fewer cannot show its shape.
 const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
@@ -198,7 +201,8 @@ pub(super) fn split(
 ) -> Vec<Component> {
     let strokes: Arc<[Vec<DVec3>]> = strokes.into();
     let component = |part: SurfacePart| {
-        let part = part.in_canonical_order();
+        // On tiny heaps, where faces lie upon each other, the nearest of them must be the same for a component and the whole.
+        let part = if part.surface.mesh.n_faces() < FEW_FACES { part } else { part.in_canonical_order() };
         let area = part.surface.mesh.total_area();
         let topology = part.surface.mesh.topology();
         let least = MIN_QUADS

@@ -173,7 +173,7 @@ fn a_surface_without_boundary_has_nothing_to_leave_free() {
 /// A mesh as a soup with its vertices and triangles in another order, and triangles that begin elsewhere.
 fn renumbered(mesh: &TriMesh) -> TriangleSoup {
     let n = mesh.n_vertices();
-    let step = [7919, 7907, 7901].into_iter().find(|step| n % step != 0).unwrap();
+    let step = [7919, 7907, 7901].into_iter().find(|step| !n.is_multiple_of(*step)).unwrap();
     let name = |v: u32| (v as usize * step % n) as u32;
     let mut positions = mesh.positions().to_vec();
     (0..n as u32).for_each(|v| positions[name(v) as usize] = mesh.position(v));
