@@ -189,8 +189,8 @@ const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
-/// Splits a surface; components in order of their first faces, each in its canonical numbering. `log_size` are sizes
-/// relative to the edge length per vertex, empty if all quads are to be alike; `detail` vertices around which quads are
+/// Splits a surface; components in order of their first faces, each in its canonical numbering unless it is tiny.
+/// `log_size` are sizes relative to the edge length per vertex, empty if all quads are to be alike; `detail` vertices around which quads are
 /// to be smaller, sorted.
 pub(super) fn split(
     surface: &Surface,
