@@ -181,17 +181,14 @@ fn root(parent: &[usize], mut e: usize) -> usize {
     e
 }
 
-/// Components of fewer faces keep the numbering of the input.
-const FEW_FACES: usize = 1000;
-
 /// Fewest quads that a component gets, and more for each boundary loop and each handle: fewer cannot show its shape.
 const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
-/// Splits a surface; components in order of their first faces, each in its canonical numbering unless it is tiny.
-/// `log_size` are sizes relative to the edge length per vertex, empty if all quads are to be alike; `detail` vertices around which quads are
-/// to be smaller, sorted.
+/// Splits a surface; components in order of their first faces, vertices and faces of each in their order. `log_size`
+/// are sizes relative to the edge length per vertex, empty if all quads are to be alike; `detail` vertices around which
+/// quads are to be smaller, sorted.
 pub(super) fn split(
     surface: &Surface,
     edge_length: f64,
@@ -201,8 +198,6 @@ pub(super) fn split(
 ) -> Vec<Component> {
     let strokes: Arc<[Vec<DVec3>]> = strokes.into();
     let component = |part: SurfacePart| {
-        // On tiny heaps, where faces lie upon each other, the nearest of them must be the same for a component and the whole.
-        let part = if part.surface.mesh.n_faces() < FEW_FACES { part } else { part.in_canonical_order() };
         let area = part.surface.mesh.total_area();
         let topology = part.surface.mesh.topology();
         let least = MIN_QUADS

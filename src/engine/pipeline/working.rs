@@ -42,8 +42,14 @@ pub(super) fn working_surface(
     let size = |p: DVec3| component.log_size_at(index, p);
     let working = match choice {
         WorkingMesh::Input => surface.clone(),
-        WorkingMesh::Auto if component.is_even() => working_mesh(ctx, surface, index, max_edge, MAX_FACES)?,
-        WorkingMesh::Auto => graded_working_mesh(ctx, surface, index, max_edge, size, MAX_FACES)?,
+        // Numbered by its shape: the quads are not to depend on the numbering of the input.
+        WorkingMesh::Auto => {
+            let surface = surface.in_canonical_order();
+            match component.is_even() {
+                true => working_mesh(ctx, &surface, index, max_edge, MAX_FACES)?,
+                false => graded_working_mesh(ctx, &surface, index, max_edge, size, MAX_FACES)?,
+            }
+        }
     };
     let corner_of = corner_map(&working, surface);
     let log_size = match component.is_even() {
