@@ -9,6 +9,7 @@ use crate::engine::mesh::Features;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::SurfacePart;
+use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::closest_on_segment;
 use crate::engine::pipeline::sizing::size_at;
 
@@ -186,26 +187,64 @@ const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
+/// At most by this factor are quads longer than asked for because small components take more than their share.
+const MOST_STRETCHED: f64 = 1.5;
+
+/// Fewest quads of a component.
+fn least_quads(mesh: &TriMesh) -> f64 {
+    let topology = mesh.topology();
+    MIN_QUADS + MIN_QUADS_OF_BOUNDARY * topology.boundaries as f64 + MIN_QUADS_OF_HANDLE * topology.genus as f64
+}
+
+/// How much longer the edges of all components must be, at most [`MOST_STRETCHED`], for their number of quads to be what
+/// it would be if none had a least number. Per component its share and that number.
+fn stretch(quads: &[(f64, f64)]) -> f64 {
+    let sum = |stretch: f64| quads.iter().map(|&(share, least)| (share / (stretch * stretch)).max(least)).sum::<f64>();
+    let wanted: f64 = quads.iter().map(|q| q.0).sum();
+    let (mut low, mut high) = (1.0, MOST_STRETCHED);
+    if sum(low) <= wanted * (1.0 + 1e-9) {
+        return low;
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if sum(middle) > wanted { low = middle } else { high = middle }
+    }
+    high
+}
+
 /// Splits a surface; components in order of their first faces, vertices and faces of each in their order. `log_size`
 /// are sizes relative to the edge length per vertex, empty if all quads are to be alike; `detail` vertices around which
-/// quads are to be smaller, sorted.
+/// quads are to be smaller, sorted. With `keeps_count` what small components take more than their share is taken from
+/// the others.
 pub(super) fn split(
     surface: &Surface,
     edge_length: f64,
+    keeps_count: bool,
     log_size: &[f64],
     detail: &[u32],
     strokes: &[Vec<DVec3>],
 ) -> Vec<Component> {
     let strokes: Arc<[Vec<DVec3>]> = strokes.into();
+    let parts = surface.parts();
+    let sizes_of = |part: &SurfacePart| -> Vec<f64> {
+        part.vertices.iter().filter_map(|&v| log_size.get(v as usize).copied()).collect()
+    };
+    let area_of = |part: &SurfacePart| match sizes_of(part) {
+        sizes if sizes.is_empty() => part.surface.mesh.total_area(),
+        sizes => quads_of(&part.surface.mesh, &sizes),
+    };
+    let edge_length = if keeps_count && parts.len() > 1 {
+        let quads = |part| (area_of(part) / (edge_length * edge_length), least_quads(&part.surface.mesh));
+        edge_length * stretch(&parts.iter().map(quads).collect::<Vec<_>>())
+    } else {
+        edge_length
+    };
     let component = |part: SurfacePart| {
         let area = part.surface.mesh.total_area();
-        let topology = part.surface.mesh.topology();
-        let least = MIN_QUADS
-            + MIN_QUADS_OF_BOUNDARY * topology.boundaries as f64
-            + MIN_QUADS_OF_HANDLE * topology.genus as f64;
+        let least = least_quads(&part.surface.mesh);
         // A component's own edge length is the one that gives its share of the quads.
-        let mut log_size = part.vertices.iter().filter_map(|&v| log_size.get(v as usize).copied()).collect::<Vec<_>>();
-        let shift = if log_size.is_empty() { 0.0 } else { 0.5 * (quads_of(&part.surface.mesh, &log_size) / area).ln() };
+        let mut log_size = sizes_of(&part);
+        let shift = 0.5 * (area_of(&part) / area).ln();
         log_size.iter_mut().for_each(|log| *log += shift);
         let edge_length = (edge_length * (-shift).exp()).min((area / least).sqrt());
         let detailed = part.vertices.iter().filter(|v| detail.binary_search(v).is_ok());
@@ -221,7 +260,7 @@ pub(super) fn split(
             strokes: strokes.clone(),
         }
     };
-    surface.parts().into_iter().map(component).collect()
+    parts.into_iter().map(component).collect()
 }
 
 #[cfg(test)]
@@ -234,7 +273,7 @@ mod tests {
         let surface = sample_surface("cube", 1200).unwrap();
         let corner = surface.mesh.position(surface.features.corners[0]);
         let side = (surface.mesh.total_area() / 6.0).sqrt();
-        let component = split(&surface, side / edges_per_side, &[], &[], &[]).remove(0);
+        let component = split(&surface, side / edges_per_side, true, &[], &[], &[]).remove(0);
         (component, corner, side)
     }
 
@@ -257,6 +296,16 @@ mod tests {
         // What is left of each side would be a stump.
         let stumps = fine.without_features_near(&[corner], 0.9 * side).unwrap();
         assert_eq!(4 * stumps.surface.features.edges.len(), 3 * all);
+    }
+
+    #[test]
+    fn what_small_components_take_is_taken_from_the_others() {
+        let quads = [(900.0, 24.0), (60.0, 24.0), (2.0, 24.0), (1.0, 48.0)];
+        let stretch = stretch(&quads);
+        let taken: f64 = quads.iter().map(|&(share, least)| (share / (stretch * stretch)).max(least)).sum();
+        assert!((taken - 963.0).abs() < 1e-3, "{taken}");
+        assert_eq!(super::stretch(&[(900.0, 24.0), (60.0, 24.0)]), 1.0, "none takes more than its share");
+        assert_eq!(super::stretch(&[(30.0, 24.0), (1.0, 500.0)]), MOST_STRETCHED);
     }
 
     #[test]

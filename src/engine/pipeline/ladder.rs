@@ -166,6 +166,8 @@ const LOST_A_PART: f64 = 2.0;
 
 /// Quads of which there are so many more or fewer than asked for, as a share, are delivered only for want of others.
 const MISSED: f64 = 0.1;
+/// A warning says so where there are also so many quads more.
+const MANY_MORE: f64 = 50.0;
 
 /// Goes up the rungs; `good` is what there is to deliver when the run is stopped on the way.
 fn climb(
@@ -271,19 +273,18 @@ fn climb(
                 warnings
                     .push(format!("density_floor: quads are smaller around {n} places with detail below their size"));
             }
-            if matches!(rung, Rung::Finer(..)) {
+            let (n, wanted) = (finished.draft.mesh.quads.len() as f64, climb.whole.quads);
+            let is_more = spec.adapt_count && n > (1.0 + MISSED) * wanted && n > wanted + MANY_MORE;
+            if matches!(rung, Rung::Finer(..)) || is_more && map.is_some() {
                 warnings.push(format!(
-                    "density_floor: {} quads instead of {:.0}: the detail is below the size asked for",
-                    finished.draft.mesh.quads.len(),
-                    climb.whole.quads
+                    "density_floor: {n} quads instead of {wanted:.0}: the detail is below the size asked for"
                 ));
             }
             let kept_features = (!keeps_all).then(|| component.surface.features.clone());
             let is_map = matches!(rung, Rung::Map(_) | Rung::Denser(_) | Rung::Finer(..));
             let map = map.or_else(|| climb.map.take());
             let solved = Solved { draft: finished.draft, level, map, kept_features, warnings };
-            let count = solved.draft.mesh.quads.len() as f64 / climb.whole.quads;
-            let misses = spec.adapt_count && (count - 1.0).abs() > MISSED;
+            let misses = spec.adapt_count && (n / wanted - 1.0).abs() > MISSED;
             let rank = (misses, finished.reflex.len(), finished.away);
             let solved = match good.take() {
                 Some(good) if good.rank <= rank => good,

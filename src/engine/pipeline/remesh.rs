@@ -155,7 +155,7 @@ fn make(
     detail: &[u32],
     spec: &RemeshSpec,
 ) -> Result<Made, RemeshError> {
-    let components = split(&surface, edge_length, log_size, detail, &spec.strokes);
+    let components = split(&surface, edge_length, spec.keeps_count(), log_size, detail, &spec.strokes);
     let solved = solve(ctx, &components, spec)?;
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
     give_up_features(&mut surface, &components, &solved);

@@ -44,5 +44,9 @@ pub fn rounding_trials(
             other => RemeshError::NoQuads { component: c, cause: other.to_string() },
         })
     };
-    split(&surface, edge_length, &[], &detail, &spec.strokes).iter().enumerate().map(trial).collect()
+    split(&surface, edge_length, spec.keeps_count(), &[], &detail, &spec.strokes)
+        .iter()
+        .enumerate()
+        .map(trial)
+        .collect()
 }

@@ -119,6 +119,13 @@ pub struct RemeshSpec {
     pub seed: u64,
 }
 
+impl RemeshSpec {
+    /// Whether a number of quads is to be met.
+    pub fn keeps_count(&self) -> bool {
+        self.adapt_count && matches!(self.target, Target::Quads(_))
+    }
+}
+
 impl Default for RemeshSpec {
     fn default() -> Self {
         Self {

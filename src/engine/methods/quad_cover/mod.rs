@@ -126,6 +126,9 @@ const NEARBY: [f64; 6] = [0.97, 1.03, 0.94, 1.06, 0.9, 1.1];
 const COUNT_MISSED: f64 = 0.04;
 /// Most integers for which they are tried.
 const FEW_INTEGERS: usize = 200;
+/// With more integers, maps are worth less by the share of neighbours that have fallen together, times this: hundreds of
+/// them are a size of quads that cannot show the shape, and finer quads can.
+const FALLEN_WEIGHT: f64 = 4.0;
 /// With more integers than this only two scales are tried: rounding is cubic in their number.
 const MANY_INTEGERS: usize = 400;
 
@@ -268,10 +271,13 @@ fn meet_count(
         let measures = measure_map(&working.mesh, frames, &grid, scale);
         let wanted = options.quads.unwrap_or(measures.grid_area);
         let off = (measures.grid_area.max(1.0) / wanted).ln().abs();
-        if best.as_ref().is_none_or(|b| off < b.0) {
-            best = Some((off, rounded, grid, measures));
+        let is_met = off < COUNT_TOLERANCE;
+        let fallen = if nearby.is_empty() { rounded.fallen_together as f64 / system.n_integers() as f64 } else { 0.0 };
+        let rank = off + FALLEN_WEIGHT * fallen;
+        if best.as_ref().is_none_or(|b| rank < b.0) {
+            best = Some((rank, rounded, grid, measures));
         }
-        if off < COUNT_TOLERANCE {
+        if is_met {
             break;
         }
         scale *= (wanted / measures.grid_area.max(1.0)).sqrt().clamp(0.5, 2.0);

@@ -4,11 +4,12 @@
 //! node (`EmbeddedGraph`). Every step here (contract an arc, delete an arc between two different faces, split an arc,
 //! draw arcs inside a face) keeps the surface, so the result has the right topology by construction, whatever the
 //! graph looked like. Steps: undo folds, remove what bounds nothing, make all faces even by chains of split arcs
-//! between odd faces, fill even faces with patterns of quads, split chains of quads until no two arcs join the same
-//! two nodes.
+//! between odd faces, fill even faces with patterns of quads, split arcs across closed curves until no two arcs join the
+//! same two nodes.
 
 mod chains;
 mod complete;
+mod dual_curve;
 mod embedded_graph;
 mod faces;
 mod parity;

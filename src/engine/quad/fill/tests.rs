@@ -208,6 +208,64 @@ fn small_closed_surfaces_become_simple() {
     assert_eq!((euler, boundaries, components), (0, 0, 1));
 }
 
+/// A torus of n × m squares whose rings are joined with a shift, so that one chain of quads winds through all of them, and
+/// two quads squeezed between two arcs that join the same nodes.
+fn torus_with_parallel_arcs(n: u32, m: u32, shift: u32) -> EmbeddedGraph {
+    let id = |i: u32, j: u32| if j == m { (i + shift) % n } else { j * n + i % n };
+    let squares = (0..n * m).map(|k| (k % n, k / n));
+    let squares = squares.map(|(i, j)| vec![id(i, j), id((i + 1) % n, j), id((i + 1) % n, j + 1), id(i, j + 1)]);
+    let positions: Vec<DVec3> = (0..n * m).map(|k| DVec3::new(f64::from(k % n), f64::from(k / n), 0.0)).collect();
+    let mut graph = from_polygons(&positions, &squares.collect::<Vec<_>>());
+    let (a, b) = (id(3, 5), id(4, 5));
+    let d = (0..graph.n_darts()).find(|&d| (graph.origin(d), graph.target(d)) == (a, b)).unwrap();
+    let [first, second, third, beside] = {
+        let node =
+            |graph: &mut EmbeddedGraph, position| graph.add_node(GraphNode { position, anchor: Anchor::Surface });
+        let (p, q) = (node(&mut graph, positions[a as usize]), node(&mut graph, positions[b as usize]));
+        [(a, p), (p, q), (q, b), (a, b)].map(|(from, to)| graph.draw(from, to))
+    };
+    let before = graph.cw(d ^ 1);
+    graph.place_after(first, d);
+    graph.place_after(beside, first);
+    graph.place_after(second, first ^ 1);
+    graph.place_after(third, second ^ 1);
+    graph.place_after(beside ^ 1, before);
+    graph.place_after(third ^ 1, beside ^ 1);
+    graph
+}
+
+#[test]
+fn parallel_arcs_are_parted_near_by_where_a_chain_would_wind_through_the_whole_surface() {
+    let torus = Topology { components: 1, boundaries: 0, genus: 1, euler: 0 };
+    let (n, m) = (20, 30);
+    let graph = torus_with_parallel_arcs(n, m, 7);
+    assert_eq!(Faces::new(&graph).inside(|len| len == 4).len() as u32, n * m + 2);
+    let (draft, report) = complete(&RunContext::silent(), graph, &torus).unwrap();
+    let QuadNumbers { euler, boundaries, components, quads, .. } = quad_numbers(&draft);
+    assert_eq!((euler, boundaries, components), (0, 0, 1));
+    assert!((1..20).contains(&report.split_arcs), "{report:?}");
+    assert!((quads as u32) < n * m + 30, "{quads}");
+    // Where the chain is short it is split, and all new nodes have four arcs: a ring of circumference two.
+    let (long, around) = (12, 2);
+    let id = |i: u32, j: u32| (j % around) * long + i % long;
+    let darts = |k: u32| {
+        let (i, j) = (k % long, k / long);
+        let along = 2 * k;
+        let up = 2 * (long * around + k);
+        [(along, 1), (up, 1), (2 * id(i + long - 1, j) + 1, 1), (2 * (long * around + id(i, j + around - 1)) + 1, 1)]
+    };
+    let arc = |ends: [u32; 2]| GraphArc { ends, tag: Tag::Plain, collapsed: false, outside: [false; 2] };
+    let cells = 0..long * around;
+    let arcs: Vec<GraphArc> = (cells.clone().map(|k| arc([k, id(k % long + 1, k / long)])))
+        .chain(cells.clone().map(|k| arc([k, id(k % long, k / long + 1)])))
+        .collect();
+    let node = GraphNode { position: DVec3::ZERO, anchor: Anchor::Surface };
+    let nodes = vec![node; (long * around) as usize];
+    let graph = EmbeddedGraph::new(nodes, &arcs, cells.map(darts));
+    let (draft, report) = complete(&RunContext::silent(), graph, &torus).unwrap();
+    assert_eq!((report.split_arcs as u32, quad_numbers(&draft).quads as u32), (long, long * (around + 1)));
+}
+
 #[test]
 fn a_graph_on_another_surface_is_refused() {
     let graph = from_polygons(&circle(4), &[vec![0, 1, 2, 3]]);
