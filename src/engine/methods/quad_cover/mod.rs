@@ -126,11 +126,13 @@ const NEARBY: [f64; 6] = [0.97, 1.03, 0.94, 1.06, 0.9, 1.1];
 const COUNT_MISSED: f64 = 0.04;
 /// Most integers for which they are tried.
 const FEW_INTEGERS: usize = 200;
-/// With more integers, maps are worth less by the share of neighbours that have fallen together, times this: hundreds of
-/// them are a size of quads that cannot show the shape, and finer quads can.
-const FALLEN_WEIGHT: f64 = 4.0;
-/// With more integers than this only two scales are tried: rounding is cubic in their number.
+/// With more integers, maps are worth less where more neighbours have fallen together than this share of the integers,
+/// by what is more times that: then quads of this size cannot show the shape, and finer quads can.
+const FEW_FALLEN: f64 = 0.05;
+const FALLEN_WEIGHT: f64 = 8.0;
+/// With more integers than these only three scales are tried, or two: rounding is cubic in their number.
 const MANY_INTEGERS: usize = 400;
+const VERY_MANY_INTEGERS: usize = 1000;
 
 /// Runs the method on the working mesh of one component.
 ///
@@ -245,7 +247,11 @@ fn meet_count(
 ) -> Result<(RoundedIntegers, GridMap, MapMeasures), QuadCoverError> {
     let mut scale = 1.0 / options.edge_length;
     let mut best: Option<(f64, RoundedIntegers, GridMap, MapMeasures)> = None;
-    let tries = if system.n_integers() > MANY_INTEGERS { 2 } else { MAX_SCALES };
+    let tries = match system.n_integers() {
+        n if n > VERY_MANY_INTEGERS => 2,
+        n if n > MANY_INTEGERS => 3,
+        _ => MAX_SCALES,
+    };
     let nearby: &[f64] = if system.n_integers() > FEW_INTEGERS { &[] } else { &NEARBY };
     let mut centre = scale;
     for attempt in 0..tries + nearby.len() {
@@ -273,7 +279,7 @@ fn meet_count(
         let off = (measures.grid_area.max(1.0) / wanted).ln().abs();
         let is_met = off < COUNT_TOLERANCE;
         let fallen = if nearby.is_empty() { rounded.fallen_together as f64 / system.n_integers() as f64 } else { 0.0 };
-        let rank = off + FALLEN_WEIGHT * fallen;
+        let rank = off + FALLEN_WEIGHT * (fallen - FEW_FALLEN).max(0.0);
         if best.as_ref().is_none_or(|b| rank < b.0) {
             best = Some((rank, rounded, grid, measures));
         }
