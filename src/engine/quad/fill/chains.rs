@@ -12,6 +12,8 @@ use crate::engine::quad::fill::embedded_graph::EmbeddedGraph;
 use crate::engine::quad::fill::faces::Faces;
 use crate::engine::quad::fill::patterns::Pattern;
 use crate::engine::quad::fill::polygons::insert;
+use crate::engine::run::Cancelled;
+use crate::engine::run::RunContext;
 
 /// How often arcs are split before giving up.
 const ROUNDS: usize = 8;
@@ -20,18 +22,21 @@ const MOST_COMPARED: usize = 6;
 
 /// Splits arcs across closed curves until no arc is a loop and no two arcs join the same nodes. All faces inside must be
 /// quads. Returns how many arcs were split, or `None` if it did not come to an end.
-pub(super) fn make_simple(graph: &mut EmbeddedGraph) -> Option<usize> {
+///
+/// # Errors
+/// [`Cancelled`] if the run was asked to stop.
+pub(super) fn make_simple(ctx: &RunContext, graph: &mut EmbeddedGraph) -> Result<Option<usize>, Cancelled> {
     let mut total = 0;
     for _ in 0..ROUNDS {
         let parallel = parallel_arcs(graph);
         if parallel.is_empty() {
-            return Some(total);
+            return Ok(Some(total));
         }
         let faces = Faces::new(graph);
-        let split = arcs_to_split(graph, &faces, &parallel);
+        let split = arcs_to_split(ctx, graph, &faces, &parallel)?;
         total += split_arcs(graph, &faces, &split);
     }
-    None
+    Ok(None)
 }
 
 /// The loops of each node, and the arcs between each two nodes if there are several.
@@ -51,12 +56,18 @@ fn parallel_arcs(graph: &EmbeddedGraph) -> Vec<Vec<u32>> {
 
 /// Per arc whether it is to be split: all loops and all but one of the arcs between two nodes, and what is crossed by the
 /// curves across them. Every face has an even number of them.
-fn arcs_to_split(graph: &EmbeddedGraph, faces: &Faces, parallel: &[Vec<u32>]) -> Vec<bool> {
+fn arcs_to_split(
+    ctx: &RunContext,
+    graph: &EmbeddedGraph,
+    faces: &Faces,
+    parallel: &[Vec<u32>],
+) -> Result<Vec<bool>, Cancelled> {
     let mut split = vec![false; graph.alive.len()];
     let mut is_parallel = split.clone();
     parallel.iter().flatten().for_each(|&arc| is_parallel[arc as usize] = true);
     let mut search = CurveSearch::new(graph, faces);
     for group in parallel {
+        ctx.check()?;
         let is_loop = graph.origin(2 * group[0]) == graph.target(2 * group[0]);
         let wanted = if is_loop { group.len() } else { group.len() - 1 };
         // Each turn takes one at least, unless no curve is left.
@@ -75,7 +86,7 @@ fn arcs_to_split(graph: &EmbeddedGraph, faces: &Faces, parallel: &[Vec<u32>]) ->
             curve.iter().for_each(|&arc| split[arc as usize] ^= true);
         }
     }
-    split
+    Ok(split)
 }
 
 /// Darts of the arcs one after another in the chain of quads through `arc` that have parallel arcs and are not taken.

@@ -100,7 +100,7 @@ pub(crate) fn complete(
         report.holes += 1;
     }
     report.pruned_arcs += prune(&mut graph, false);
-    report.split_arcs = make_simple(&mut graph).ok_or(FillError::Stuck { step: "separating parallel edges" })?;
+    report.split_arcs = make_simple(ctx, &mut graph)?.ok_or(FillError::Stuck { step: "separating parallel edges" })?;
     check(&graph, expected)?;
     Ok((draft(&graph), report))
 }

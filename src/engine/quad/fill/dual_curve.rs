@@ -12,8 +12,9 @@ const STEP: u32 = 4;
 /// Extra cost of a turn inside a quad, which makes a node of degree three and adds an arc to the far corner: that of
 /// some quads more,
 const TURN: u32 = 8 * STEP;
-/// and of one more for so many quads of the surface: where there are many, some more of them are no loss.
+/// and of one more for so many quads of the surface, up to so many: where there are many, some more of them are no loss.
 const QUADS_PER_STEP: u32 = 500;
+const MOST_STEPS: u32 = 30;
 /// A turn costs so many times as much where the far corner lies on a curve or has five arcs already.
 const BAD_CORNER: u32 = 3;
 
@@ -37,7 +38,7 @@ impl<'a> CurveSearch<'a> {
         let n = graph.n_darts() as usize;
         let is_outside = |d: u32| faces.outside[faces.of[d as usize] as usize];
         let inward = (0..graph.n_darts()).filter(|&d| graph.is_alive(d) && is_outside(d ^ 1)).collect();
-        let turn = TURN + STEP * (faces.first.len() as u32 / QUADS_PER_STEP);
+        let turn = TURN + STEP * (faces.first.len() as u32 / QUADS_PER_STEP).min(MOST_STEPS);
         Self { graph, faces, turn, cost: vec![0; n], from: vec![0; n], round: vec![0; n], now: 0, inward }
     }
 
