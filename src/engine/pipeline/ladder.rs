@@ -295,11 +295,13 @@ fn climb(
             let is_lost = solved.rank.2 > LOST_A_PART && failures == 0;
             let is_small = component.surface.mesh.n_faces() < MOST_FACES_FINER;
             let is_reflex = solved.rank.1 > 0 && failures < 2 && is_small;
-            if !(is_map && (is_lost || is_reflex)) {
+            // Folds of the map that were filled make other quads than its area says; another field has other folds.
+            let is_off = solved.rank.0 && failures == 0 && is_small;
+            if !(is_map && (is_lost || is_reflex || is_off)) {
                 return Ok(Ok(solved.solved));
             }
             // Reflex corners come from features below the size of the quads, not from the field.
-            climb.no_second_field |= !is_lost;
+            climb.no_second_field |= !(is_lost || is_off);
             climb.places.extend(finished.reflex);
             *good = Some(solved);
             continue;
