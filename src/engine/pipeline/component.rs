@@ -13,14 +13,28 @@ use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::closest_on_segment;
 use crate::engine::pipeline::sizing::size_at;
 
-/// Size of quads around dense places, relative to the edge length,
+/// Size of quads around places with detail, relative to the edge length; others say their size themselves,
 const DENSE: f64 = 0.5;
-/// which they have within so many edge lengths of the place,
-const DENSE_RADIUS: f64 = 1.0;
+/// which they have within so many times that size of the place,
+const DENSE_RADIUS: f64 = 2.0;
 /// and by which they grow per edge length beyond.
 const DENSE_SLOPE: f64 = 0.3;
-/// Dense places nearer to each other than so many edge lengths are one.
-const DENSE_APART: f64 = 0.5;
+/// Dense places nearer to each other than so many times their size are one.
+const DENSE_APART: f64 = 1.0;
+
+/// A place where quads are to be smaller.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DensePlace {
+    pub(super) at: DVec3,
+    /// Their size relative to the edge length.
+    pub(super) size: f64,
+}
+
+impl From<DVec3> for DensePlace {
+    fn from(at: DVec3) -> Self {
+        Self { at, size: DENSE }
+    }
+}
 
 /// One connected component of a surface and its density.
 #[derive(Clone, Debug)]
@@ -37,7 +51,7 @@ pub(super) struct Component {
     /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
     pub(super) log_size: Vec<f64>,
     /// Places with detail below the size of the quads, around which they are to be smaller.
-    pub(super) dense: Arc<[DVec3]>,
+    pub(super) dense: Arc<[DensePlace]>,
     /// Lines to follow, of the whole model.
     pub(super) strokes: Arc<[Vec<DVec3>]>,
 }
@@ -99,8 +113,8 @@ impl Component {
     }
 
     /// The same component with smaller quads around more places; `None` if there are no others than so far.
-    pub(super) fn denser(&self, places: &[DVec3]) -> Option<Self> {
-        let dense = apart(self.dense.iter().chain(places).copied(), DENSE_APART * self.edge_length);
+    pub(super) fn denser(&self, places: impl Iterator<Item = DensePlace>) -> Option<Self> {
+        let dense = apart(self.dense.iter().copied().chain(places), self.edge_length);
         (dense.len() > self.dense.len()).then(|| Self { dense: dense.into(), ..self.clone() })
     }
 
@@ -112,9 +126,11 @@ impl Component {
     /// Logarithm of the size of quads at a point near the surface, relative to the edge length.
     pub(super) fn log_size_at(&self, index: &SurfaceIndex, p: DVec3) -> f64 {
         let size = size_at(&self.surface.mesh, index, &self.log_size, p);
-        let nearest = self.dense.iter().map(|q| q.distance_squared(p)).fold(f64::INFINITY, f64::min).sqrt();
-        let beyond = (nearest / self.edge_length - DENSE_RADIUS).max(0.0);
-        size + (DENSE + DENSE_SLOPE * beyond).min(1.0).ln()
+        let around = |place: &DensePlace| {
+            let away = place.at.distance(p) / self.edge_length;
+            place.size + DENSE_SLOPE * (away - DENSE_RADIUS * place.size).max(0.0)
+        };
+        size + self.dense.iter().map(around).fold(1.0, f64::min).ln()
     }
 
     /// The same component with quads of `factor` times the edge length.
@@ -140,12 +156,13 @@ impl Component {
     }
 }
 
-/// Those of the points that are at least `least` from all before them.
-fn apart(points: impl Iterator<Item = DVec3>, least: f64) -> Vec<DVec3> {
-    let mut kept: Vec<DVec3> = Vec::new();
-    for p in points {
-        if kept.iter().all(|q| q.distance_squared(p) >= least * least) {
-            kept.push(p);
+/// Those of the places that are apart from all before them.
+fn apart(places: impl Iterator<Item = DensePlace>, edge_length: f64) -> Vec<DensePlace> {
+    let mut kept: Vec<DensePlace> = Vec::new();
+    for place in places {
+        let least = DENSE_APART * place.size * edge_length;
+        if kept.iter().all(|other| other.at.distance(place.at) >= least || other.size > place.size) {
+            kept.push(place);
         }
     }
     kept
@@ -248,7 +265,7 @@ pub(super) fn split(
         log_size.iter_mut().for_each(|log| *log += shift);
         let edge_length = (edge_length * (-shift).exp()).min((area / least).sqrt());
         let detailed = part.vertices.iter().filter(|v| detail.binary_search(v).is_ok());
-        let dense = apart(detailed.map(|&v| surface.mesh.position(v)), DENSE_APART * edge_length);
+        let dense = apart(detailed.map(|&v| surface.mesh.position(v).into()), edge_length);
         Component {
             surface: part.surface,
             vertices: part.vertices,
@@ -312,9 +329,9 @@ mod tests {
     fn quads_are_half_as_large_around_dense_places_and_grow_away_from_them() {
         let (cube, corner, side) = cube(10.0);
         assert!(cube.is_even());
-        let denser = cube.denser(&[corner, corner * 1.01]).unwrap();
+        let denser = cube.denser([corner, corner * 1.01].map(DensePlace::from).into_iter()).unwrap();
         assert_eq!((denser.dense.len(), denser.is_even()), (1, false), "two places so near are one");
-        assert!(denser.denser(&[corner]).is_none());
+        assert!(denser.denser(std::iter::once(corner.into())).is_none());
         let index = SurfaceIndex::new(&cube.surface.mesh);
         let along = DVec3::X * -corner.x.signum() * cube.edge_length;
         let sizes = [0.0, 0.9, 2.0, 3.0].map(|d| denser.log_size_at(&index, corner + d * along).exp());

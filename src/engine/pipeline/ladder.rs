@@ -9,9 +9,9 @@ use glam::DVec3;
 
 use crate::engine::field::BranchOptions;
 use crate::engine::mesh::Features;
-use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::{SurfaceIndex, small_handles};
 use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, QuadCoverOptions, quad_cover};
-use crate::engine::pipeline::component::Component;
+use crate::engine::pipeline::component::{Component, DensePlace};
 use crate::engine::pipeline::finish::{Improve, finish, last_resort};
 use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::road::Road;
@@ -47,6 +47,14 @@ const MOST_FINER: f64 = 10_000.0;
 const MOST_PAIRED: f64 = 300_000.0;
 /// Most triangles of a component for which a map with finer quads is tried.
 const MOST_FACES_FINER: usize = 200_000;
+/// The same where small handles were lost by the map: everything else loses more.
+const MOST_FACES_OF_HANDLES: usize = 1_000_000;
+/// Handles with loops shorter than so many quad edges get smaller quads where the first map or its quads failed,
+const SMALL_HANDLE: f64 = 3.0;
+/// so many around them,
+const QUADS_AROUND: f64 = 6.0;
+/// but none of less than this part of the edge length.
+const SMALLEST: f64 = 0.1;
 /// Most triangles of a component whose branch points are searched for: everything else takes its time there, too.
 const MOST_FACES_SEARCHED: usize = 500_000;
 
@@ -206,8 +214,11 @@ fn climb(
             }
         }
         if let Rung::Denser(_) = rung {
-            let is_large = component.surface.mesh.n_faces() > MOST_FACES_FINER;
-            match component.denser(&climb.places) {
+            let handles = if good.is_none() { climb.small_handles(ctx)? } else { Vec::new() };
+            let most = if handles.is_empty() { MOST_FACES_FINER } else { MOST_FACES_OF_HANDLES };
+            let is_large = component.surface.mesh.n_faces() > most;
+            let places = climb.places.iter().map(|&p| p.into()).chain(handles);
+            match component.denser(places) {
                 Some(denser) if !is_large => component = denser,
                 _ => continue,
             }
@@ -321,12 +332,22 @@ fn climb(
 }
 
 impl Climb<'_> {
-    /// Notes where quads failed. Smaller quads stay where that leaves fewer places than before.
+    /// Notes where quads failed. Smaller quads stay where that leaves fewer places than before, or gave quads at all.
     fn failed_at(&mut self, denser: Option<Component>, places: Vec<DVec3>) {
         match denser {
-            Some(denser) if places.len() < self.places.len() => (self.base, self.places) = (denser, places),
+            Some(denser) if self.places.is_empty() || places.len() < self.places.len() => {
+                (self.base, self.places) = (denser, places);
+            }
             _ => self.places.extend(places),
         }
+    }
+
+    /// Places of handles that quads of this size can hardly go around, and maps lose.
+    fn small_handles(&self, ctx: &RunContext) -> Result<Vec<DensePlace>, Cancelled> {
+        let edge_length = self.whole.edge_length;
+        let handles = small_handles(ctx, &self.whole.surface.mesh, SMALL_HANDLE * edge_length)?;
+        let size = |girth: f64| (girth / (QUADS_AROUND * edge_length)).max(SMALLEST);
+        Ok(handles.iter().map(|handle| DensePlace { at: handle.centre, size: size(handle.girth) }).collect())
     }
 
     /// Notes, once, that there is no time for another map.

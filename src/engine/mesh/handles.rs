@@ -1,0 +1,159 @@
+//! Small handles of a surface, found by a tree and a cotree: what is left of the edges are two loops per handle
+//! ([erickson_2005]).
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use crate::engine::mesh::TriMesh;
+use crate::engine::mesh::prev;
+use crate::engine::run::{Cancelled, RunContext};
+
+/// A handle with a short loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmallHandle {
+    /// Mean of the vertices of the loop.
+    pub centre: DVec3,
+    /// Length of the loop along edges, model units.
+    pub girth: f64,
+}
+
+/// The loops shorter than `longest` (model units) among two for each handle of a connected surface: shortest paths from
+/// one vertex to both ends of an edge, without what they share. Those of small handles are short wherever the paths
+/// come from. O(F log F).
+///
+/// # Errors
+/// [`Cancelled`] if the run was asked to stop.
+pub fn small_handles(ctx: &RunContext, mesh: &TriMesh, longest: f64) -> Result<Vec<SmallHandle>, Cancelled> {
+    if mesh.topology().genus == 0 {
+        return Ok(Vec::new());
+    }
+    let paths = Paths::new(mesh);
+    ctx.check()?;
+    let mut edges: Vec<usize> = (0..mesh.n_halfedges()).filter(|&h| mesh.is_edge_owner(h)).collect();
+    edges.retain(|&h| !paths.uses(mesh, h));
+    let across: Vec<f64> = (0..mesh.n_halfedges()).map(|h| paths.across(mesh, h)).collect();
+    edges.sort_by(|&a, &b| across[b].total_cmp(&across[a]));
+    ctx.check()?;
+    // The dearest edges are left out first; the boundary loops are faces like others.
+    let mut outside = vec![0; mesh.n_halfedges()];
+    let loops = mesh.boundary_loops();
+    loops.iter().enumerate().for_each(|(i, halfedges)| halfedges.iter().for_each(|&h| outside[h] = i));
+    let mut parent: Vec<usize> = (0..mesh.n_faces() + loops.len()).collect();
+    let mut small = Vec::new();
+    for h in edges {
+        let other = mesh.twin(h).map_or(mesh.n_faces() + outside[h], |t| t / 3);
+        let (a, b) = (root(&mut parent, h / 3), root(&mut parent, other));
+        if a != b {
+            parent[a] = b;
+        } else if let Some(handle) = paths.around(mesh, h, longest) {
+            small.push(handle);
+        }
+    }
+    Ok(small)
+}
+
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}
+
+/// Shortest paths along edges from the first vertex.
+struct Paths {
+    distance: Vec<f64>,
+    /// Per vertex the halfedge by which it was reached, in either direction.
+    by: Vec<Option<usize>>,
+}
+
+impl Paths {
+    fn new(mesh: &TriMesh) -> Self {
+        let mut paths = Self { distance: vec![f64::INFINITY; mesh.n_vertices()], by: vec![None; mesh.n_vertices()] };
+        let mut heap = BinaryHeap::from([Reverse((0u64, 0u32))]);
+        paths.distance[0] = 0.0;
+        while let Some(Reverse((key, v))) = heap.pop() {
+            let here = paths.distance[v as usize];
+            // Distances are not negative: their bits are ordered like themselves.
+            if key != here.to_bits() {
+                continue;
+            }
+            for h in mesh.fan(v).flat_map(|h| [h, prev(h)]) {
+                let w = across_from(mesh, h, v) as usize;
+                let there = here + length(mesh, h);
+                if there < paths.distance[w] {
+                    (paths.distance[w], paths.by[w]) = (there, Some(h));
+                    heap.push(Reverse((there.to_bits(), w as u32)));
+                }
+            }
+        }
+        paths
+    }
+
+    fn uses(&self, mesh: &TriMesh, h: usize) -> bool {
+        let is_by = |v: u32| self.by[v as usize].is_some_and(|by| by == h || mesh.twin(by) == Some(h));
+        is_by(mesh.origin(h)) || is_by(mesh.target(h))
+    }
+
+    fn across(&self, mesh: &TriMesh, h: usize) -> f64 {
+        self.distance[mesh.origin(h) as usize] + length(mesh, h) + self.distance[mesh.target(h) as usize]
+    }
+
+    /// The loop through an edge, if it is shorter than `longest`.
+    fn around(&self, mesh: &TriMesh, h: usize, longest: f64) -> Option<SmallHandle> {
+        let (mut a, mut b) = (mesh.origin(h), mesh.target(h));
+        let (mut girth, mut sum, mut n) = (length(mesh, h), mesh.position(a) + mesh.position(b), 2.0);
+        while a != b {
+            // The one farther from the root goes on: paths that have met stay together.
+            if self.distance[a as usize] < self.distance[b as usize] {
+                std::mem::swap(&mut a, &mut b);
+            }
+            let by = self.by[a as usize]?;
+            a = across_from(mesh, by, a);
+            girth += length(mesh, by);
+            if girth >= longest {
+                return None;
+            }
+            if a != b {
+                (sum, n) = (sum + mesh.position(a), n + 1.0);
+            }
+        }
+        Some(SmallHandle { centre: sum / n, girth })
+    }
+}
+
+fn across_from(mesh: &TriMesh, h: usize, v: u32) -> u32 {
+    if mesh.origin(h) == v { mesh.target(h) } else { mesh.origin(h) }
+}
+
+fn length(mesh: &TriMesh, h: usize) -> f64 {
+    mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mesh::shapes::sample_surface;
+
+    #[test]
+    fn loops_of_the_size_of_the_handles_are_found_and_no_others() {
+        let found = |name: &str, longest: f64| {
+            let mesh = sample_surface(name, 3000).unwrap().mesh;
+            small_handles(&RunContext::silent(), &mesh, longest * mesh.diagonal()).unwrap()
+        };
+        assert!(found("sphere", 10.0).is_empty() && found("half_pipe", 10.0).is_empty(), "no handle");
+        assert_eq!(found("torus", 10.0).len(), 2);
+        assert_eq!(found("genus2", 10.0).len(), 4);
+        assert!(found("torus", 0.05).is_empty(), "both loops are longer");
+        // The loop around the tube is the shorter one; its middle lies within the tube.
+        let mesh = sample_surface("torus", 3000).unwrap().mesh;
+        let mut loops = found("torus", 10.0);
+        loops.sort_by(|a, b| a.girth.total_cmp(&b.girth));
+        let shorter = small_handles(&RunContext::silent(), &mesh, 0.5 * (loops[0].girth + loops[1].girth)).unwrap();
+        assert_eq!(shorter, loops[..1]);
+        let nearest = mesh.positions().iter().map(|p| p.distance(loops[0].centre)).fold(f64::INFINITY, f64::min);
+        assert!(nearest < loops[0].girth / 4.0, "{nearest} {}", loops[0].girth);
+    }
+}
