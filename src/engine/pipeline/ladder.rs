@@ -303,11 +303,11 @@ fn climb(
             };
             // After failures the climb has taken long enough.
             let failures = climb.warnings.len();
-            let is_lost = solved.rank.2 > LOST_A_PART && failures == 0;
             let is_small = component.surface.mesh.n_faces() < MOST_FACES_FINER;
+            let is_lost = solved.rank.2 > LOST_A_PART && failures < 3 && is_small;
             let is_reflex = solved.rank.1 > 0 && failures < 2 && is_small;
-            // Folds of the map that were filled make other quads than its area says; another field has other folds.
-            let is_off = solved.rank.0 && failures == 0 && is_small;
+            // Folds of the map that were filled make other quads than its area says; another map has other folds.
+            let is_off = solved.rank.0 && failures < 3 && is_small;
             if !(is_map && (is_lost || is_reflex || is_off)) {
                 return Ok(Ok(solved.solved));
             }
