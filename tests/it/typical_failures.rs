@@ -212,9 +212,12 @@ fn no_10_thin_limbs_stay() {
     for name in ["dumbbell", "trefoil"] {
         let mut soup = surface(name, 4000);
         soup.positions.iter_mut().for_each(|p| p.x *= 3.0);
-        let (report, _) = Run::of(&soup, &["--target-quads", "300"]).success();
-        // A limb that is lost is farther away than a tenth of the diagonal.
-        assert!(report["quads"]["hausdorff"]["max"].as_f64() < Some(0.035), "{name}: {}", report["quads"]["hausdorff"]);
+        // Stretching makes sharp edges of the trefoil; at this count most are given up, at the price of some distance.
+        for (angle, most) in [("180", 0.03), ("40", 0.035)] {
+            let (report, _) = Run::of(&soup, &["--target-quads", "300", "--feature-angle", angle]).success();
+            let away = report["quads"]["hausdorff"]["max"].as_f64();
+            assert!(away < Some(most), "{name} {angle}: {away:?}");
+        }
     }
 }
 

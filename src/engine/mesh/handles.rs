@@ -1,13 +1,10 @@
 //! Small handles of a surface, found by a tree and a cotree: what is left of the edges are two loops per handle
 //! ([erickson_2005]).
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 
+use crate::engine::mesh::ShortestPaths;
 use crate::engine::mesh::TriMesh;
-use crate::engine::mesh::prev;
 use crate::engine::run::{Cancelled, RunContext};
 
 /// A handle with a short loop.
@@ -29,10 +26,14 @@ pub fn small_handles(ctx: &RunContext, mesh: &TriMesh, longest: f64) -> Result<V
     if mesh.topology().genus == 0 {
         return Ok(Vec::new());
     }
-    let paths = Paths::new(mesh);
+    let paths = ShortestPaths::new(mesh, std::iter::once(0));
     ctx.check()?;
-    let mut edges: Vec<usize> = (0..mesh.n_halfedges()).filter(|&h| mesh.is_edge_owner(h)).collect();
-    edges.retain(|&h| !paths.uses(mesh, h));
+    let mut is_used = vec![false; mesh.n_halfedges()];
+    for h in paths.by.iter().copied().flatten() {
+        is_used[h] = true;
+        mesh.twin(h).into_iter().for_each(|t| is_used[t] = true);
+    }
+    let mut edges: Vec<usize> = (0..mesh.n_halfedges()).filter(|&h| mesh.is_edge_owner(h) && !is_used[h]).collect();
     let across: Vec<f64> = (0..mesh.n_halfedges()).map(|h| paths.across(mesh, h)).collect();
     edges.sort_by(|&a, &b| across[b].total_cmp(&across[a]));
     ctx.check()?;
@@ -47,7 +48,7 @@ pub fn small_handles(ctx: &RunContext, mesh: &TriMesh, longest: f64) -> Result<V
         let (a, b) = (root(&mut parent, h / 3), root(&mut parent, other));
         if a != b {
             parent[a] = b;
-        } else if let Some(handle) = paths.around(mesh, h, longest) {
+        } else if let Some(handle) = around(&paths, mesh, h, longest) {
             small.push(handle);
         }
     }
@@ -62,74 +63,27 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-/// Shortest paths along edges from the first vertex.
-struct Paths {
-    distance: Vec<f64>,
-    /// Per vertex the halfedge by which it was reached, in either direction.
-    by: Vec<Option<usize>>,
-}
-
-impl Paths {
-    fn new(mesh: &TriMesh) -> Self {
-        let mut paths = Self { distance: vec![f64::INFINITY; mesh.n_vertices()], by: vec![None; mesh.n_vertices()] };
-        let mut heap = BinaryHeap::from([Reverse((0u64, 0u32))]);
-        paths.distance[0] = 0.0;
-        while let Some(Reverse((key, v))) = heap.pop() {
-            let here = paths.distance[v as usize];
-            // Distances are not negative: their bits are ordered like themselves.
-            if key != here.to_bits() {
-                continue;
-            }
-            for h in mesh.fan(v).flat_map(|h| [h, prev(h)]) {
-                let w = across_from(mesh, h, v) as usize;
-                let there = here + length(mesh, h);
-                if there < paths.distance[w] {
-                    (paths.distance[w], paths.by[w]) = (there, Some(h));
-                    heap.push(Reverse((there.to_bits(), w as u32)));
-                }
-            }
+/// The loop through an edge, if it is shorter than `longest`.
+fn around(paths: &ShortestPaths, mesh: &TriMesh, h: usize, longest: f64) -> Option<SmallHandle> {
+    let (mut a, mut b) = (mesh.origin(h), mesh.target(h));
+    let (mut sum, mut n) = (mesh.position(a) + mesh.position(b), 2.0);
+    let mut girth = mesh.position(a).distance(mesh.position(b));
+    while a != b {
+        // The one farther from the root goes on: paths that have met stay together.
+        if paths.distance[a as usize] < paths.distance[b as usize] {
+            std::mem::swap(&mut a, &mut b);
         }
-        paths
-    }
-
-    fn uses(&self, mesh: &TriMesh, h: usize) -> bool {
-        let is_by = |v: u32| self.by[v as usize].is_some_and(|by| by == h || mesh.twin(by) == Some(h));
-        is_by(mesh.origin(h)) || is_by(mesh.target(h))
-    }
-
-    fn across(&self, mesh: &TriMesh, h: usize) -> f64 {
-        self.distance[mesh.origin(h) as usize] + length(mesh, h) + self.distance[mesh.target(h) as usize]
-    }
-
-    /// The loop through an edge, if it is shorter than `longest`.
-    fn around(&self, mesh: &TriMesh, h: usize, longest: f64) -> Option<SmallHandle> {
-        let (mut a, mut b) = (mesh.origin(h), mesh.target(h));
-        let (mut girth, mut sum, mut n) = (length(mesh, h), mesh.position(a) + mesh.position(b), 2.0);
-        while a != b {
-            // The one farther from the root goes on: paths that have met stay together.
-            if self.distance[a as usize] < self.distance[b as usize] {
-                std::mem::swap(&mut a, &mut b);
-            }
-            let by = self.by[a as usize]?;
-            a = across_from(mesh, by, a);
-            girth += length(mesh, by);
-            if girth >= longest {
-                return None;
-            }
-            if a != b {
-                (sum, n) = (sum + mesh.position(a), n + 1.0);
-            }
+        let (before, step) = paths.before(mesh, a)?;
+        a = before;
+        girth += step;
+        if girth >= longest {
+            return None;
         }
-        Some(SmallHandle { centre: sum / n, girth })
+        if a != b {
+            (sum, n) = (sum + mesh.position(a), n + 1.0);
+        }
     }
-}
-
-fn across_from(mesh: &TriMesh, h: usize, v: u32) -> u32 {
-    if mesh.origin(h) == v { mesh.target(h) } else { mesh.origin(h) }
-}
-
-fn length(mesh: &TriMesh, h: usize) -> f64 {
-    mesh.position(mesh.origin(h)).distance(mesh.position(mesh.target(h)))
+    Some(SmallHandle { centre: sum / n, girth })
 }
 
 #[cfg(test)]

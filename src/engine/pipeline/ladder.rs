@@ -47,7 +47,7 @@ const MOST_FINER: f64 = 10_000.0;
 const MOST_PAIRED: f64 = 300_000.0;
 /// Most triangles of a component for which a map with finer quads is tried.
 const MOST_FACES_FINER: usize = 200_000;
-/// The same where small handles were lost by the map: everything else loses more.
+/// The same where there are small handles: maps lose them, and so would every rung before the last.
 const MOST_FACES_OF_HANDLES: usize = 1_000_000;
 /// Handles with loops shorter than so many quad edges get smaller quads where the first map or its quads failed,
 const SMALL_HANDLE: f64 = 3.0;
@@ -215,8 +215,7 @@ fn climb(
         }
         if let Rung::Denser(_) = rung {
             let handles = if good.is_none() { climb.small_handles(ctx)? } else { Vec::new() };
-            let most = if handles.is_empty() { MOST_FACES_FINER } else { MOST_FACES_OF_HANDLES };
-            let is_large = component.surface.mesh.n_faces() > most;
+            let is_large = component.surface.mesh.n_faces() > MOST_FACES_FINER && handles.is_empty();
             let places = climb.places.iter().map(|&p| p.into()).chain(handles);
             match component.denser(places) {
                 Some(denser) if !is_large => component = denser,
@@ -301,7 +300,7 @@ fn climb(
                 Some(good) if good.rank <= rank => good,
                 _ => Good { rank, solved },
             };
-            // After failures the climb has taken long enough.
+            // After some failures the climb has taken long enough.
             let failures = climb.warnings.len();
             let is_small = component.surface.mesh.n_faces() < MOST_FACES_FINER;
             let is_lost = solved.rank.2 > LOST_A_PART && failures < 3 && is_small;
@@ -344,6 +343,9 @@ impl Climb<'_> {
 
     /// Places of handles that quads of this size can hardly go around, and maps lose.
     fn small_handles(&self, ctx: &RunContext) -> Result<Vec<DensePlace>, Cancelled> {
+        if self.whole.surface.mesh.n_faces() > MOST_FACES_OF_HANDLES {
+            return Ok(Vec::new());
+        }
         let edge_length = self.whole.edge_length;
         let handles = small_handles(ctx, &self.whole.surface.mesh, SMALL_HANDLE * edge_length)?;
         let size = |girth: f64| (girth / (QUADS_AROUND * edge_length)).max(SMALLEST);

@@ -278,7 +278,8 @@ fn meet_count(
         let wanted = options.quads.unwrap_or(measures.grid_area);
         let off = (measures.grid_area.max(1.0) / wanted).ln().abs();
         let is_met = off < COUNT_TOLERANCE;
-        let fallen = if nearby.is_empty() { rounded.fallen_together as f64 / system.n_integers() as f64 } else { 0.0 };
+        let n = system.n_integers();
+        let fallen = if n > FEW_INTEGERS { rounded.fallen_together as f64 / n as f64 } else { 0.0 };
         let rank = off + FALLEN_WEIGHT * (fallen - FEW_FALLEN).max(0.0);
         if best.as_ref().is_none_or(|b| rank < b.0) {
             best = Some((rank, rounded, grid, measures));
