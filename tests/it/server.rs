@@ -22,7 +22,7 @@ pub(crate) fn config(folder: &Path) -> Config {
     config.engine.threads = 2;
     config.jobs.heartbeat = Duration::from_secs(1);
     config.jobs.missed_heartbeats = 2;
-    config.jobs.shutdown_grace = Duration::from_secs(5);
+    config.jobs.shutdown_grace = Duration::from_secs(20);
     config
 }
 

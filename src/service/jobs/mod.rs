@@ -9,6 +9,7 @@
 mod desk;
 mod driver;
 mod engine_pool;
+mod in_work;
 mod live;
 mod queue;
 mod recorder;

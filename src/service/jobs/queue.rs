@@ -4,7 +4,8 @@
 //! a fresh worker name for every start (the old name's locks would count as alive), explicit heartbeats, an interval
 //! poll of our own (the queue's loses its wake-up for ever when a fetch takes longer than the interval while a heartbeat
 //! falls due, as on a busy machine), the final word about a job in our own table and never in the ticket (the queue does
-//! not limit the attempts of a ticket that was recovered from a dead worker).
+//! not limit the attempts of a ticket that was recovered from a dead worker), the work itself outside of the queue's
+//! worker (one heartbeat that fails ends the worker and drops everything inside it).
 
 use std::future::Future;
 use std::sync::Arc;
@@ -19,6 +20,7 @@ use tower::limit::ConcurrencyLimitLayer;
 use uuid::Uuid;
 
 use crate::service::config::JobsConfig;
+use crate::service::jobs::in_work::InWork;
 use crate::service::store::StoreError;
 
 const QUEUE: &str = "remesh";
@@ -80,7 +82,7 @@ impl SqliteQueue {
         })
     }
 
-    async fn one_worker<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) -> Result<(), WorkerError> {
+    async fn one_worker<H: Handler>(&self, hands: Hands<H>, stop: CancellationToken) -> Result<(), WorkerError> {
         let config = Config::default()
             .queue(QUEUE)
             .batch_size(1)
@@ -90,7 +92,7 @@ impl SqliteQueue {
         let name = format!("quadrille-{}", Uuid::now_v7());
         let worker = WorkerBuilder::new(name.as_str())
             .backend(backend)
-            .data(Hands(handler))
+            .data(hands)
             .layer(ConcurrencyLimitLayer::new(self.concurrency))
             .build(take::<H>)
             .run_until(async move {
@@ -108,17 +110,21 @@ impl SqliteQueue {
     }
 }
 
-struct Hands<H>(Arc<H>);
+struct Hands<H> {
+    handler: Arc<H>,
+    in_work: InWork,
+}
 
 impl<H> Clone for Hands<H> {
     fn clone(&self) -> Self {
-        Self(Arc::clone(&self.0))
+        Self { handler: Arc::clone(&self.handler), in_work: self.in_work.clone() }
     }
 }
 
 async fn take<H: Handler>(ticket: Ticket, hands: Data<Hands<H>>) -> Result<(), BoxDynError> {
-    let Hands(handler) = &*hands;
-    handler.handle(ticket).await.map_err(|error| {
+    let handler = Arc::clone(&hands.handler);
+    let work = async move { handler.handle(ticket).await };
+    hands.in_work.once(ticket.number, work).await.map_err(|error| {
         tracing::error!(job.id = %ticket.job, %error, "the ticket goes back to the queue");
         error.into()
     })
@@ -139,14 +145,16 @@ impl TicketQueue for SqliteQueue {
     }
 
     async fn work<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) {
+        let hands = Hands { handler, in_work: InWork::new(self.concurrency) };
         while !stop.is_cancelled() {
-            match self.one_worker(Arc::clone(&handler), stop.clone()).await {
-                Ok(()) if stop.is_cancelled() => return,
+            match self.one_worker(hands.clone(), stop.clone()).await {
+                Ok(()) if stop.is_cancelled() => break,
                 Ok(()) => tracing::warn!("the worker of the queue ended; starting another one"),
                 Err(error) => tracing::warn!(%error, "the worker of the queue failed; starting another one"),
             }
             tokio::time::sleep(RESTART_PAUSE).await;
         }
+        hands.in_work.over().await;
     }
 
     async fn tidy(&self) -> Result<(), StoreError> {
@@ -230,6 +238,75 @@ mod tests {
         }
         stop.cancel();
         working.await.unwrap();
+        store.close().await;
+    }
+
+    /// Says when it begins, and works until it may end.
+    struct Patient {
+        begun: tokio::sync::Semaphore,
+        may_end: tokio::sync::Semaphore,
+        ended: std::sync::atomic::AtomicUsize,
+    }
+
+    impl Handler for Patient {
+        async fn handle(&self, _: Ticket) -> Result<(), StoreError> {
+            self.begun.add_permits(1);
+            let _permit = self.may_end.acquire().await;
+            self.ended.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+            Ok(())
+        }
+    }
+
+    /// The queue loses its table while a ticket is in work: its worker dies of the next heartbeat, the work does not, is
+    /// not begun a second time when the ticket is found again, and is waited for at the end.
+    #[tokio::test(flavor = "multi_thread")]
+    async fn work_outlives_the_worker_of_the_queue() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut settings = Settings::for_testing(folder.path());
+        settings.jobs.heartbeat = Duration::from_secs(1);
+        settings.jobs.missed_heartbeats = 1;
+        let store = Store::open(&settings.database_url, &settings.store).await.unwrap();
+        let queue = SqliteQueue::open(store.pool(), &settings.jobs).await.unwrap();
+        let none = || tokio::sync::Semaphore::new(0);
+        let handler = Arc::new(Patient { begun: none(), may_end: none(), ended: 0.into() });
+        let stop = CancellationToken::new();
+        let working = {
+            let (queue, handler, stop) = (queue.clone(), Arc::clone(&handler), stop.clone());
+            tokio::spawn(async move { queue.work(handler, stop).await })
+        };
+        let mut tx = store.write().await.unwrap();
+        queue.enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0).await.unwrap();
+        tx.commit().await.unwrap();
+        handler.begun.acquire().await.unwrap().forget();
+
+        let workers = |sql: &'static str| sqlx::query_scalar::<_, i64>(sql).fetch_one(store.pool());
+        sqlx::query("ALTER TABLE Workers RENAME TO Lost").execute(store.pool()).await.unwrap();
+        tokio::time::sleep(Duration::from_millis(1500)).await;
+        sqlx::query("ALTER TABLE Lost RENAME TO Workers").execute(store.pool()).await.unwrap();
+        let mut moved = 0;
+        for _ in 0..1500 {
+            // The ticket is in the hands of the second worker.
+            moved = workers(
+                "SELECT COUNT(*) FROM Jobs JOIN Workers ON lock_by = Workers.id WHERE status = 'Running'
+                 AND (SELECT COUNT(*) FROM Workers) > 1 AND Workers.last_seen = (SELECT MAX(last_seen) FROM Workers)",
+            )
+            .await
+            .unwrap();
+            if moved > 0 {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        assert_eq!(moved, 1, "found again");
+        stop.cancel();
+        tokio::time::sleep(2 * POLL).await;
+        assert!(!working.is_finished(), "the work is waited for");
+        handler.may_end.add_permits(10);
+        working.await.unwrap();
+        assert_eq!(
+            (handler.begun.available_permits(), handler.ended.load(std::sync::atomic::Ordering::SeqCst)),
+            (0, 1)
+        );
         store.close().await;
     }
 

@@ -12,5 +12,6 @@ mod relief;
 mod seeds;
 #[cfg(test)]
 mod tests;
+mod thin;
 
 pub use detect::{FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};

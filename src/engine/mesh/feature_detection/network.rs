@@ -1,6 +1,8 @@
 //! Feature edges as a graph on the mesh.
 
 use crate::engine::mesh::TriMesh;
+use crate::engine::mesh::feature_detection::thin::normal_beyond;
+use crate::engine::mesh::feature_detection::thin::thin_faces;
 
 /// Largest change of direction, in radians, along which a feature grows.
 const STRAIGHT: f64 = 30.0 / 180.0 * std::f64::consts::PI;
@@ -14,13 +16,21 @@ pub(super) struct Network<'a> {
     pub(super) kept: Vec<bool>,
     /// Marked edges per vertex.
     degree: Vec<u32>,
+    /// Per face, whether its normal says little.
+    is_thin: Vec<bool>,
 }
 
 impl<'a> Network<'a> {
     /// No edges.
     pub(super) fn new(mesh: &'a TriMesh) -> Self {
         let n = mesh.n_halfedges();
-        Self { mesh, marked: vec![false; n], kept: vec![false; n], degree: vec![0; mesh.n_vertices()] }
+        Self {
+            mesh,
+            marked: vec![false; n],
+            kept: vec![false; n],
+            degree: vec![0; mesh.n_vertices()],
+            is_thin: thin_faces(mesh),
+        }
     }
 
     /// Whether the edge of `h` is marked.
@@ -59,13 +69,19 @@ impl<'a> Network<'a> {
         }
     }
 
-    /// Angle between the normals of the two faces at `h`, in radians; 0 on the boundary.
+    /// Angle between the normals of the two faces at `h`, in radians; 0 on the boundary. Where one of them is thin, at
+    /// most the angle between what lies beyond it: a needle in a plane is not sharp, whatever its normal.
     pub(super) fn dihedral(&self, h: usize) -> f64 {
         let Some(t) = self.mesh.twin(h) else {
             return 0.0;
         };
-        let (n, m) = (self.mesh.normal(h / 3), self.mesh.normal(t / 3));
-        n.cross(m).length().atan2(n.dot(m))
+        let angle = |n: glam::DVec3, m: glam::DVec3| n.cross(m).length().atan2(n.dot(m));
+        let own = angle(self.mesh.normal(h / 3), self.mesh.normal(t / 3));
+        if !self.is_thin[h / 3] && !self.is_thin[t / 3] {
+            return own;
+        }
+        let [n, m] = [h, t].map(|side| normal_beyond(self.mesh, &self.is_thin, side));
+        own.min(angle(n, m))
     }
 
     /// Marks the edges with a dihedral angle above `angle` radians.

@@ -1,5 +1,6 @@
 use glam::DVec3;
 
+use super::network::Network;
 use super::*;
 use crate::engine::mesh::Features;
 use crate::engine::mesh::TriangleSoup;
@@ -135,4 +136,42 @@ fn detail_of_constructed_shapes_is_kept_and_named() {
     // Where most of what is sharp is as small, it is left as it was.
     let (plain, all, detail) = detected(&[2.0, 0.9, 0.9, 0.9, 0.9, 0.9]);
     assert_eq!((plain, detail), (all, Vec::new()));
+}
+
+/// Two rectangles of 10 × 5 that meet in a ridge of the given angle; along it lies a cap of hardly any height whose
+/// normal stands at 60 degrees.
+fn roof(degrees: f64) -> TriangleSoup {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let half = 10.0 / 2.0;
+    let positions = vec![
+        DVec3::new(-half, 0.0, 0.0),
+        DVec3::new(half, 0.0, 0.0),
+        DVec3::new(half, -5.0, 0.0),
+        DVec3::new(-half, -5.0, 0.0),
+        DVec3::new(half, 5.0 * cos, 5.0 * sin),
+        DVec3::new(-half, 5.0 * cos, 5.0 * sin),
+        DVec3::new(0.0, 5e-5, 5e-5 * 3f64.sqrt()),
+    ];
+    let mut soup = TriangleSoup { positions, ..TriangleSoup::default() };
+    for polygon in [&[0, 3, 2][..], &[0, 2, 1], &[0, 1, 6], &[1, 4, 6], &[6, 4, 5], &[0, 6, 5]] {
+        soup.push_polygon(polygon);
+    }
+    soup
+}
+
+#[test]
+fn the_normals_of_needles_are_not_believed() {
+    let edges = |degrees| {
+        let soup = roof(degrees);
+        let surface = condition(&RunContext::silent(), &soup, &ConditionOptions::default()).unwrap();
+        assert_eq!(surface.mesh.n_faces(), 6, "the cap is still there");
+        let bent = (0..18).map(|h| Network::new(&surface.mesh).dihedral(h)).fold(0.0, f64::max).to_degrees();
+        assert!(bent < degrees + 0.1, "{bent}");
+        detect_features(&surface, &soup, &FeatureOptions { min_length: 1.0, ..FeatureOptions::default() }).edges
+    };
+    assert_eq!(edges(0.0), Vec::<[u32; 2]>::new());
+    assert_eq!(edges(20.0), Vec::<[u32; 2]>::new());
+    // One line along a ridge that is one.
+    let ridge = edges(90.0);
+    assert!(ridge == [[0, 1]] || ridge == [[0, 6], [1, 6]], "{ridge:?}");
 }
