@@ -172,30 +172,16 @@ impl Work<'_> {
         if good.least_corner > STRAIGHT || good.draft.mesh.quads.len() > self.most_improved {
             return Ok(None);
         }
-        let is_better = |m: &Finished| m.refusal.is_none() && m.away <= good.away.max(FAR);
-        let mut leave = Vec::new();
-        let mut best = None;
-        for _ in 0..TRIES {
-            let mended = ctx.stage(Stage::Optimise, || {
-                repair_quads(ctx, &component.surface, index, &good.draft, Bad::Reflex, &leave)
-            })?;
-            let Some(mended) = mended.map(|draft| self.judged(draft)).transpose()? else { break };
-            match &mended.refusal {
-                // Somewhere it did harm; elsewhere it may be of use.
-                Some(refusal) if !refusal.places.is_empty() => leave.extend_from_slice(&refusal.places),
-                _ => {
-                    best = Some(mended).filter(is_better);
-                    break;
-                }
-            }
-        }
+        let is_better = |m: &Finished| m.away <= good.away.max(FAR);
+        let mut best = self.repaired(good, Bad::Reflex)?.filter(is_better);
         for _ in 0..SPLITTINGS {
             let at_hand = best.as_ref().unwrap_or(good);
             if at_hand.least_corner > STRAIGHT {
                 break;
             }
             let split = ctx.stage(Stage::Optimise, || pillow_quads(ctx, &component.surface, index, &at_hand.draft))?;
-            let split = split.map(|draft| self.judged(draft)).transpose()?.filter(is_better);
+            let split = split.map(|draft| self.judged(draft)).transpose()?;
+            let split = split.filter(|split| split.refusal.is_none() && is_better(split));
             if split.is_none() {
                 break;
             }
@@ -206,7 +192,7 @@ impl Work<'_> {
 
     /// Certified quads of which fewer turn their back to the surface beneath their middle.
     fn faced(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
-        let Self { ctx, component, index, .. } = *self;
+        let Self { ctx, index, .. } = *self;
         if good.draft.mesh.quads.len() > self.most_improved {
             return Ok(None);
         }
@@ -215,13 +201,28 @@ impl Work<'_> {
         if before == 0 {
             return Ok(None);
         }
-        let mended = ctx
-            .stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, Bad::Against, &[]))?;
-        let Some(mended) = mended.map(|draft| self.judged(draft)).transpose()? else { return Ok(None) };
-        let is_no_worse = mended.refusal.is_none()
-            && mended.away <= (NEARLY * good.away).max(FAR_ENOUGH)
+        let Some(mended) = self.repaired(good, Bad::Against)? else { return Ok(None) };
+        let is_no_worse = mended.away <= (NEARLY * good.away).max(FAR_ENOUGH)
             && mended.least_corner >= good.least_corner.min(STRAIGHT);
         Ok((is_no_worse && against(&mended.draft)? < before).then_some(mended))
+    }
+
+    /// Certified quads with some of the bad ones mended.
+    fn repaired(&self, good: &Finished, which: Bad) -> Result<Option<Finished>, Cancelled> {
+        let Self { ctx, component, index, .. } = *self;
+        let mut leave = Vec::new();
+        for _ in 0..TRIES {
+            let mended = ctx
+                .stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, which, &leave))?;
+            let Some(mended) = mended.map(|draft| self.judged(draft)).transpose()? else { break };
+            match mended.refusal {
+                // Somewhere it did harm; elsewhere it may be of use.
+                Some(refusal) if !refusal.places.is_empty() => leave.extend(refusal.places),
+                Some(_) => break,
+                None => return Ok(Some(mended)),
+            }
+        }
+        Ok(None)
     }
 
     fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {

@@ -2,6 +2,7 @@
 
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
+use crate::engine::mesh::closest_on_triangle;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::net::Change;
@@ -18,6 +19,7 @@ use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
 /// A draft with more bad quads than this part of all (or than `FEW`) is bad as a whole.
 const MOST: f64 = 0.06;
@@ -26,6 +28,11 @@ const FEW: usize = 20;
 const LEFT: f64 = 3.0;
 /// Rounds over the bad quads.
 const ROUNDS: usize = 6;
+/// Steps of single corners, in mean edges,
+const SHIFTS: [f64; 6] = [0.5, 0.35, 0.25, 0.5, 0.25, 0.12];
+/// into so many directions, as long as quads stay this near to where the corners were.
+const DIRECTIONS: u32 = 8;
+const CUT_OFF: f64 = 0.3;
 
 /// Which quads are mended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +83,7 @@ pub fn repair_quads(
     }
     let sheet = Sheet::new(surface, mean);
     let shaping = Shaping::new(&sheet, index, draft, 0.5 * mean);
-    let mut repair = Repair { net: QuadNet::new(draft), shaping, index, which };
+    let mut repair = Repair { net: QuadNet::new(draft), shaping, index, which, mean };
     let mut left = bad;
     let mut mended = false;
     for _ in 0..ROUNDS {
@@ -165,6 +172,8 @@ struct Repair<'a> {
     shaping: Shaping<'a>,
     index: &'a SurfaceIndex,
     which: Bad,
+    /// Mean length of the edges.
+    mean: f64,
 }
 
 /// How a region looks: bad quads, and then the worst corner with its sign turned, less is better.
@@ -206,6 +215,9 @@ impl Repair<'_> {
         if !self.is_bad(slot) {
             return false;
         }
+        if self.which == Bad::Against && self.shift(slot) {
+            return true;
+        }
         let quad = self.net.quads[slot as usize];
         let mut changes: Vec<Change> = vec![Vec::new()];
         let near = |change: &Change| change.iter().any(|(s, _)| *s == slot);
@@ -235,6 +247,43 @@ impl Repair<'_> {
         self.net.apply(&mut changes[i]);
         self.even_out(&touched, on_surface);
         true
+    }
+
+    /// Shifts the free corners of a bad quad along the surface, one by one and all together, by less and less, and
+    /// keeps what leaves fewer bad quads; tells whether anything was kept. At tips and between sheets what lies
+    /// beneath the middle of a quad leaps, and no averaging aims at that.
+    fn shift(&mut self, slot: u32) -> bool {
+        let quad = self.net.quads[slot as usize];
+        let free: Vec<u32> = quad.into_iter().filter(|&v| self.net.is_free(v)).collect();
+        let groups = free.iter().map(|&v| vec![v]).chain((free.len() > 1).then(|| free.clone()));
+        let groups: Vec<Vec<u32>> = groups.collect();
+        let tips = quad.map(|v| self.shaping.positions[v as usize]);
+        let before = self.score(&quad);
+        let mut best = before;
+        for part in SHIFTS {
+            for group in &groups {
+                for turn in 0..DIRECTIONS {
+                    let old = self.shaping.places(group);
+                    self.shaping.shift(group, part * self.mean, TAU * f64::from(turn) / f64::from(DIRECTIONS));
+                    let after = self.score(&quad);
+                    if after < best && self.reaches(&quad, &tips) {
+                        best = after;
+                    } else {
+                        self.shaping.put_back(group, &old);
+                    }
+                }
+            }
+        }
+        best.0 < before.0
+    }
+
+    /// Whether the quads at `vertices` come near to all of `tips`.
+    fn reaches(&self, vertices: &[u32], tips: &[DVec3]) -> bool {
+        let quads: Vec<[DVec3; 4]> = self.slots(vertices).into_iter().map(|slot| self.corners(slot)).collect();
+        tips.iter().all(|&tip| {
+            let halves = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+            halves.into_iter().any(|half| closest_on_triangle(tip, &half).1.distance(tip) < CUT_OFF * self.mean)
+        })
     }
 
     /// The vertices that a change moves, and their score now.
