@@ -218,6 +218,14 @@ fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
     let mended = repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver, &[]).unwrap().unwrap();
     assert!(outward(&mended));
     assert_eq!(topology(&mended.mesh), topology(&good.mesh));
+    let faced = repair_quads(&ctx, &surface, &index, &folded, Bad::Against, &[]).unwrap().unwrap();
+    assert!(count_against(&ctx, &index, &folded.mesh).unwrap() > 0);
+    assert_eq!(count_against(&ctx, &index, &faced.mesh).unwrap(), 0);
+    // Corners are shifted, only around the fold, and no quad is split or joined.
+    assert_eq!(faced.mesh.quads, folded.mesh.quads);
+    for (after, before) in faced.mesh.positions.iter().zip(&folded.mesh.positions) {
+        assert!(after == before || before.distance(folded.mesh.positions[away]) < 0.6);
+    }
     let far = |p: &DVec3| p.distance(folded.mesh.positions[away]) > 0.6;
     let kept: Vec<DVec3> = mended.mesh.positions.iter().copied().filter(far).collect();
     assert_eq!(kept, good.mesh.positions.iter().copied().filter(far).collect::<Vec<_>>());
