@@ -311,17 +311,16 @@ fn move_vertex(map: &mut GridMap, targets: &[Target], freedom: Freedom, corners_
         Freedom::Line(d) if d.x != 0.0 => &[DVec2::X],
         _ => &[DVec2::Y],
     };
-    let (mut gradient, mut curvature) = ([0.0; 2], [0.0; 2]);
+    let (mut ahead, mut gradient, mut curvature) = ([0.0; 2], [0.0; 2], [0.0; 2]);
     for (k, &d) in directions.iter().enumerate() {
         let (plus, minus) = (energy(d * t), energy(-d * t));
+        ahead[k] = plus;
         gradient[k] = (plus - minus) / (2.0 * t);
         curvature[k] = (plus + minus - 2.0 * e0) / (t * t);
     }
     let mut step = DVec2::ZERO;
     if directions.len() == 2 {
-        let both = energy(DVec2::new(t, t));
-        let (px, py) = (energy(DVec2::new(t, 0.0)), energy(DVec2::new(0.0, t)));
-        let mixed = (both - px - py + e0) / (t * t);
+        let mixed = (energy(DVec2::new(t, t)) - ahead[0] - ahead[1] + e0) / (t * t);
         let hessian = DMat2::from_cols(DVec2::new(curvature[0], mixed), DVec2::new(mixed, curvature[1]));
         let g = DVec2::new(gradient[0], gradient[1]);
         if hessian.determinant() > 1e-12 * (curvature[0] * curvature[1]).abs() && curvature[0] > 0.0 {

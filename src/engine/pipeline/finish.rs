@@ -7,7 +7,8 @@ use crate::engine::fallback::split_draft;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::component::Component;
 use crate::engine::quad::{Bad, OptimiseOptions, QuadDraft};
-use crate::engine::quad::{count_against, improve_connectivity, optimise, pillow_quads, reach_out, repair_quads};
+use crate::engine::quad::{count_against, improve_connectivity, optimise, pillow_quads};
+use crate::engine::quad::{reach_out, remove_doublets, repair_quads};
 use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 
 /// Drafts with more quads than this times the number asked for (split triangles of the input) are not worth improving.
@@ -71,8 +72,9 @@ pub(super) struct Refusal {
 
 /// Optimises a draft and asks the certificate. Where the optimised quads fail, single bad ones are mended; after that
 /// the connectivity of all is improved once, and at last the draft is mended and judged as it came: where the surface
-/// is folded below the size of the quads, moving them does more harm than good. Good quads then reach out for what they
-/// cut off, straight and reflex corners are mended, and at last quads that turn their back to the surface.
+/// is folded below the size of the quads, moving them does more harm than good. Good quads then lose their doublets and
+/// reach out for what they cut off, straight and reflex corners are mended, and at last quads that turn their back to
+/// the surface.
 pub(super) fn finish(
     ctx: &RunContext,
     component: &Component,
@@ -88,6 +90,7 @@ pub(super) fn finish(
         return Ok(finished);
     }
     // From here on there is something to deliver, whatever the deadline says.
+    let finished = or_deadline(finished, |good| work.undoubled(good))?;
     let finished = or_deadline(finished, |good| work.better(draft, improve, good))?;
     let finished = or_deadline(finished, |good| work.straightened(good))?;
     let mut finished = or_deadline(finished, |good| work.faced(good))?;
@@ -164,6 +167,21 @@ impl Work<'_> {
         }
         let other = self.reach(&other.draft)?.unwrap_or(other);
         Ok(if other.away < away { Some(other) } else { reached })
+    }
+
+    /// Certified quads with fewer doublets.
+    fn undoubled(&self, good: &Finished) -> Result<Option<Finished>, Cancelled> {
+        let Self { ctx, component, index, .. } = *self;
+        if good.draft.mesh.quads.len() > self.most_improved {
+            return Ok(None);
+        }
+        let single = ctx.stage(Stage::Optimise, || remove_doublets(ctx, &component.surface, index, &good.draft))?;
+        let Some(single) = single else { return Ok(None) };
+        let single = self.mend(single)?;
+        let is_no_worse = single.refusal.is_none()
+            && single.away <= (NEARLY * good.away).max(FAR_ENOUGH)
+            && single.least_corner >= good.least_corner.min(STRAIGHT);
+        Ok(is_no_worse.then_some(single))
     }
 
     /// Certified quads with fewer straight or reflex corners.

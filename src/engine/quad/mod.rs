@@ -6,6 +6,6 @@ pub mod improve;
 pub mod optimise;
 mod quad_mesh;
 
-pub use improve::{Bad, count_against, improve_connectivity, pillow_quads, reach_out, repair_quads};
+pub use improve::{Bad, count_against, improve_connectivity, pillow_quads, reach_out, remove_doublets, repair_quads};
 pub use optimise::{OptimiseOptions, optimise};
 pub use quad_mesh::{Anchor, QuadDraft, QuadMesh};

@@ -66,6 +66,11 @@ impl Camera {
         dvec3(self.scale * x + self.shift.x, self.scale * y + self.shift.y, nearness)
     }
 
+    /// All vertices of the scene, with coordinates times `samples`; far away where they are not finite.
+    pub(super) fn project_all(&self, scene: &Scene, samples: f64) -> Vec<DVec3> {
+        scene.positions.par_iter().map(|&p| self.project(p) * dvec3(samples, samples, 1.0)).collect()
+    }
+
     /// Unit vector from a point to the viewer.
     pub(super) fn towards(&self, p: DVec3) -> DVec3 {
         (self.eye - p).normalize_or_zero()
@@ -97,7 +102,7 @@ pub(super) fn frame(scene: &Scene, view: View, width: f64, height: f64) -> Camer
     let score = |&(towards, liked): &(DVec3, f64)| {
         let camera = Camera::new(scene, towards, DVec3::Y, small as f64, small as f64);
         let mut layer = Layer::new(0, small, small);
-        layer.draw(&scene.triangles, &scene.project(&camera, 1.0), 0..scene.triangles.len());
+        layer.draw(&scene.triangles, &camera.project_all(scene, 1.0), 0..scene.triangles.len());
         let mut seen: Vec<u32> = layer.ids().iter().filter(|&&id| id != Layer::NOTHING).map(|id| id / 2).collect();
         let filled = seen.len() as f64 / (small * small) as f64;
         seen.sort_unstable();

@@ -76,7 +76,7 @@ pub fn render_quads(quads: &QuadMesh, options: &RenderOptions) -> Image {
     let line =
         ((0.03 * quad_size).clamp(0.5, 1.15) * fine.max(0.6), ((quad_size - 1.0) / 7.0).clamp(0.12, 0.85) as f32);
     let discs = if options.mark_irregular { discs(&scene, &camera, quad_size, fine) } else { Vec::new() };
-    let projected = scene.project(&camera, SAMPLES as f64);
+    let projected = camera.project_all(&scene, SAMPLES as f64);
     let stage = Stage { openness: openness(&scene), scene: &scene, camera, projected, discs, width, height, line };
     let bands = bucket(&stage);
     let rgba = bands.par_iter().enumerate().map(|(i, triangles)| stage.band(i, triangles)).flatten_iter().collect();

@@ -44,7 +44,7 @@ pub(super) fn openness(scene: &Scene) -> Vec<f32> {
 
 fn visible_from(scene: &Scene, towards: DVec3) -> Vec<bool> {
     let camera = Camera::new(scene, towards, towards.any_orthonormal_vector(), MAP as f64, MAP as f64);
-    let projected = scene.project(&camera, 1.0);
+    let projected = camera.project_all(scene, 1.0);
     let mut layer = Layer::new(0, MAP, MAP);
     layer.draw(&scene.triangles, &projected, 0..scene.triangles.len());
     let lift = 0.02 * scene.radius;

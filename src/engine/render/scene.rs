@@ -1,7 +1,6 @@
 //! What is drawn: the quads that can be, their normals, their edges.
 
 use crate::engine::quad::QuadMesh;
-use crate::engine::render::camera::Camera;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -54,11 +53,6 @@ impl Scene {
         let (is_strong, irregular, mean_edge) = edges(&quads, &areas, &positions);
         let radius = radius.max(1e-300);
         Self { positions, quads, triangles, normals, is_strong, vertex_normals, irregular, centre, radius, mean_edge }
-    }
-
-    /// All vertices in the picture, with coordinates times `samples`; far away where they are not finite.
-    pub(super) fn project(&self, camera: &Camera, samples: f64) -> Vec<DVec3> {
-        self.positions.par_iter().map(|&p| camera.project(p) * DVec3::new(samples, samples, 1.0)).collect()
     }
 }
 

@@ -14,5 +14,6 @@ mod search;
 mod tests;
 
 pub use curl::curl_energy;
+pub(super) use moves::Surroundings;
 pub use search::{BranchOptions, BranchSearch, SearchStep};
-pub(super) use search::{Effort, Surroundings, search_branch_points};
+pub(super) use search::{Effort, search_branch_points};

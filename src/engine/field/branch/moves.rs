@@ -1,9 +1,9 @@
 //! What a search may do in one step: quarters of index carried along edges.
 
 use crate::engine::field::branch::curl::Curl;
-use crate::engine::field::branch::search::Surroundings;
 use crate::engine::field::cross_field::CrossField;
 use crate::engine::field::frames::Frames;
+use crate::engine::field::turning::Turning;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;
 
@@ -11,6 +11,18 @@ use crate::engine::mesh::prev;
 const LEAST_DISTANCE: f64 = 1.0;
 /// Moves in one batch are at least this many rings apart.
 const RINGS: usize = 4;
+
+/// What the search is to respect.
+pub(in crate::engine::field) struct Surroundings<'a> {
+    pub(in crate::engine::field) mesh: &'a TriMesh,
+    pub(in crate::engine::field) frames: &'a Frames,
+    /// Features and boundary, per halfedge: matchings there stay.
+    pub(in crate::engine::field) is_feature: &'a [bool],
+    /// Which crosses follow a matching, and how freely.
+    pub(in crate::engine::field) turning: &'a Turning,
+    /// Length of a quad edge in the frames' metric.
+    pub(in crate::engine::field) edge_length: f64,
+}
 
 /// A quarter of index carried over an edge, and on from there as long as the derivative promises more.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,8 @@
 //! The search itself: batches of moves proposed by the derivative, kept only if the energy falls.
 
 use crate::engine::field::branch::curl::{Curl, CurlEnergy};
-use crate::engine::field::branch::moves::Moves;
+use crate::engine::field::branch::moves::{Moves, Surroundings};
 use crate::engine::field::cross_field::{CrossField, FieldError};
-use crate::engine::field::frames::Frames;
-use crate::engine::field::turning::Turning;
-use crate::engine::mesh::TriMesh;
 use crate::engine::run::RunContext;
 
 /// What the search may do.
@@ -91,18 +88,6 @@ const LONGEST_STRIDE: usize = 6;
 /// A phase ends when this many batches kept together have lowered the cost by less than [`LEAST_PROGRESS`] of it.
 const WINDOW: usize = 5;
 const LEAST_PROGRESS: f64 = 0.01;
-
-/// What the search is to respect.
-pub(in crate::engine::field) struct Surroundings<'a> {
-    pub(in crate::engine::field) mesh: &'a TriMesh,
-    pub(in crate::engine::field) frames: &'a Frames,
-    /// Features and boundary, per halfedge: matchings there stay.
-    pub(in crate::engine::field) is_feature: &'a [bool],
-    /// Which crosses follow a matching, and how freely.
-    pub(in crate::engine::field) turning: &'a Turning,
-    /// Length of a quad edge in the frames' metric.
-    pub(in crate::engine::field) edge_length: f64,
-}
 
 /// Moves branch points until the energy no longer falls or the work is done. Every batch kept lowers the energy, so a
 /// stop leaves the best state in `field`.

@@ -1,5 +1,6 @@
 //! Making the connectivity of a quad draft more regular.
 
+mod doublets;
 mod net;
 mod operations;
 mod pillow;
@@ -13,6 +14,7 @@ mod valence;
 #[cfg(test)]
 mod tests;
 
+pub use doublets::remove_doublets;
 pub use pillow::pillow_quads;
 pub use reach::reach_out;
 pub use repair::{Bad, count_against, repair_quads};

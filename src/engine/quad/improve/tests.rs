@@ -14,6 +14,7 @@ use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::improve::operations::candidates;
 use crate::engine::quad::improve::pillow_quads;
 use crate::engine::quad::improve::reach_out;
+use crate::engine::quad::improve::remove_doublets;
 use crate::engine::quad::improve::valence::irregularity;
 use crate::engine::quad::improve::{Bad, count_against, repair_quads};
 use crate::engine::quad::optimise::area_vector;
@@ -167,18 +168,23 @@ fn every_candidate_that_is_applied_keeps_a_manifold_and_is_undone_exactly() {
     assert!(applied > 100 && kept > 20, "{applied} {kept}");
 }
 
+/// The draft with a quad cut in two along a bent diagonal: its middle, a new vertex, has two quads.
+fn with_doublet(draft: &QuadDraft, quad: usize, anchor: Anchor) -> QuadDraft {
+    let mut draft = draft.clone();
+    let [a, b, c, d] = draft.mesh.quads[quad];
+    let v = draft.mesh.positions.len() as u32;
+    let centre: DVec3 = [a, b, c, d].map(|v| draft.mesh.positions[v as usize]).iter().sum::<DVec3>() / 4.0;
+    draft.mesh.positions.push(centre);
+    draft.anchors.push(anchor);
+    draft.mesh.quads[quad] = [a, b, c, v];
+    draft.mesh.quads.push([a, v, c, d]);
+    draft
+}
+
 #[test]
 fn doublets_are_removed_and_what_does_not_fit_is_left_alone() {
     let surface = sample_surface("sphere", 600).unwrap();
-    let mut draft = split(&surface);
-    // Cut a quad in two along a bent diagonal: its middle has two quads.
-    let quad = draft.mesh.quads[100];
-    let middle = draft.mesh.positions.len() as u32;
-    let p = quad.map(|v| draft.mesh.positions[v as usize]);
-    draft.mesh.positions.push(0.25 * (p[0] + p[1] + p[2] + p[3]));
-    draft.anchors.push(Anchor::Surface);
-    draft.mesh.quads[100] = [quad[0], quad[1], quad[2], middle];
-    draft.mesh.quads.push([quad[2], quad[3], quad[0], middle]);
+    let draft = with_doublet(&split(&surface), 100, Anchor::Surface);
     let result = improved(&surface, &draft);
     let net = QuadNet::new(&result);
     assert!((0..net.n_vertices() as u32).all(|v| net.valence(v) > 2));
@@ -231,6 +237,40 @@ fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
     assert_eq!(kept, good.mesh.positions.iter().copied().filter(far).collect::<Vec<_>>());
     ctx.stop(StopReason::Client);
     assert!(repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver, &[]).is_err());
+}
+
+#[test]
+fn doublets_get_a_third_quad_or_go_and_what_is_anchored_stays() {
+    let surface = sample_surface("sphere", 900).unwrap();
+    let index = SurfaceIndex::new(&surface.mesh);
+    let ctx = RunContext::silent();
+    let good = split(&surface);
+    assert_eq!(remove_doublets(&ctx, &surface, &index, &good).unwrap(), None);
+    let doublets = |d: &QuadDraft| {
+        let net = QuadNet::new(d);
+        (0..net.n_vertices() as u32).filter(|&v| net.valence(v) == 2).count()
+    };
+    for anchor in [Anchor::Surface, Anchor::Corner(0)] {
+        let draft = with_doublet(&good, 600, anchor);
+        let place = *draft.mesh.positions.last().unwrap();
+        assert_eq!(doublets(&draft), 1);
+        let single = remove_doublets(&ctx, &surface, &index, &draft).unwrap().unwrap();
+        assert_eq!(doublets(&single), 0);
+        assert_eq!(topology(&single.mesh), topology(&good.mesh));
+        let up = |q: &[u32; 4]| {
+            let p = q.map(|v| single.mesh.positions[v as usize]);
+            area_vector(&p).dot(p.iter().sum::<DVec3>()) > 0.0
+        };
+        assert!(single.mesh.quads.iter().all(up));
+        let corners = single.anchors.iter().zip(&single.mesh.positions).filter(|(a, _)| **a == Anchor::Corner(0));
+        let corners: Vec<DVec3> = corners.map(|(_, &p)| p).collect();
+        assert_eq!(corners, if anchor == Anchor::Surface { vec![] } else { vec![place] });
+        let far = |p: &&DVec3| p.distance(place) > 0.6;
+        let kept: Vec<&DVec3> = single.mesh.positions.iter().filter(far).collect();
+        assert_eq!(kept, good.mesh.positions.iter().filter(far).collect::<Vec<_>>());
+    }
+    ctx.stop(StopReason::Client);
+    assert!(remove_doublets(&ctx, &surface, &index, &with_doublet(&good, 600, Anchor::Surface)).is_err());
 }
 
 #[test]
