@@ -147,9 +147,11 @@ impl<'a> Moves<'a> {
                 None if more > 0 => continue,
                 price => price.unwrap_or(0.0) * f64::from(more) - d.abs(),
             };
-            let crowded = (new_a != 0 && old_a == 0 && self.is_crowded(&points, a, b))
-                || (new_b != 0 && old_b == 0 && self.is_crowded(&points, b, a));
-            if gain < 0.0 && !crowded {
+            let is_crowded = || {
+                (new_a != 0 && old_a == 0 && self.is_crowded(&points, a, b))
+                    || (new_b != 0 && old_b == 0 && self.is_crowded(&points, b, a))
+            };
+            if gain < 0.0 && !is_crowded() {
                 moves.push(Move { edge, quarters, gain });
             }
         }

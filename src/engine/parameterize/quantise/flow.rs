@@ -11,6 +11,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
+use crate::engine::parameterize::quantise::labels::{Parents, States};
 use crate::engine::run::{Cancelled, RunContext};
 
 /// One integer.
@@ -207,31 +208,45 @@ impl Flow {
         walk.iter().rev().copied().find(|&a| self.arcs[a as usize].variable == variable)
     }
 
-    /// Takes away negative cycles until there are none, or only such as use an edge twice.
+    /// Takes away negative cycles until there are none, or only such as use an edge twice. Only states whose label or
+    /// steps have changed are looked at again: the others would change nothing.
     fn cancel_cycles(&self, ctx: &RunContext, x: &mut [i64]) -> Result<(), Cancelled> {
         let n = self.n_states();
         let mut banned = vec![false; self.arcs.len()];
         // Any labels will do to begin with; those of the round before are nearly right.
         let mut distance = vec![0.0f64; n];
+        let mut step = vec![f64::NAN; self.arcs.len()];
+        let mut dirty = States::new(n);
+        let mut parents = Parents::new(n);
         for _ in 0..MOST_ROUNDS {
             ctx.check()?;
-            let step: Vec<f64> = (self.arcs.iter().zip(&banned))
-                .map(|(arc, &is_banned)| match is_banned {
-                    true => f64::INFINITY,
-                    false => self.variables[arc.variable as usize].marginal(x[arc.variable as usize], arc.change),
-                })
-                .collect();
-            let mut parent: Vec<Option<(u32, u32)>> = vec![None; n];
+            for state in 0..n as u32 {
+                for a in self.arcs_of(state) {
+                    let arc = self.arcs[a];
+                    let now = match banned[a] {
+                        true => f64::INFINITY,
+                        false => self.variables[arc.variable as usize].marginal(x[arc.variable as usize], arc.change),
+                    };
+                    if now != std::mem::replace(&mut step[a], now) {
+                        dirty.insert(state);
+                    }
+                }
+            }
+            parents.clear();
             let mut cycles = Vec::new();
             for pass in 0..n {
                 let mut is_still = true;
-                for state in 0..n as u32 {
+                let mut next = 0;
+                while let Some(state) = dirty.take_from(next) {
+                    next = state + 1;
                     let here = distance[state as usize];
                     for a in self.arcs_of(state) {
                         let there = here + step[a];
-                        let to = self.arcs[a].to as usize;
-                        if there < distance[to] - LEAST_GAIN {
-                            (distance[to], parent[to]) = (there, Some((state, a as u32)));
+                        let to = self.arcs[a].to;
+                        if there < distance[to as usize] - LEAST_GAIN {
+                            distance[to as usize] = there;
+                            parents.set(to, (state, a as u32));
+                            dirty.insert(to);
                             is_still = false;
                         }
                     }
@@ -241,7 +256,7 @@ impl Flow {
                 }
                 if pass % 4 == 3 {
                     ctx.check()?;
-                    cycles = cycles_of(&parent);
+                    cycles = parents.cycles();
                     if !cycles.is_empty() {
                         break;
                     }
@@ -289,35 +304,6 @@ impl Flow {
         let variable = self.arcs[a as usize].variable;
         walk.iter().filter(|&&b| self.arcs[b as usize].variable == variable).count() > 1
     }
-}
-
-/// The cycles of a graph in which every node has at most one parent, as arcs.
-fn cycles_of(parent: &[Option<(u32, u32)>]) -> Vec<Vec<u32>> {
-    let mut seen = vec![0u32; parent.len()];
-    let mut cycles = Vec::new();
-    for start in 0..parent.len() as u32 {
-        let mut state = start;
-        while seen[state as usize] == 0 {
-            seen[state as usize] = start + 1;
-            match parent[state as usize] {
-                Some((above, _)) => state = above,
-                None => break,
-            }
-        }
-        if seen[state as usize] != start + 1 || parent[state as usize].is_none() {
-            continue;
-        }
-        let (mut cycle, mut at) = (Vec::new(), state);
-        while let Some((above, a)) = parent[at as usize] {
-            cycle.push(a);
-            at = above;
-            if at == state {
-                break;
-            }
-        }
-        cycles.push(cycle);
-    }
-    cycles
 }
 
 /// Dijkstra's algorithm that forgets only what it has seen.

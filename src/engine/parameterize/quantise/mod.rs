@@ -9,6 +9,7 @@
 mod complex;
 mod decimate;
 mod flow;
+mod labels;
 mod recover;
 #[cfg(test)]
 mod tests;
