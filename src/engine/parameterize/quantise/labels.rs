@@ -60,7 +60,8 @@ impl Parents {
         }
     }
 
-    /// The cycles as arcs, each from its end to its beginning. O(states with a parent).
+    /// The cycles as arcs, each against its direction; the order of `set` does not matter. O(p log p) for p states with
+    /// a parent.
     pub(super) fn cycles(&mut self) -> Vec<Vec<u32>> {
         self.known.sort_unstable();
         let before = self.n_walks;
@@ -113,7 +114,7 @@ mod tests {
     #[test]
     fn cycles_are_found_once_each_and_tails_are_not() {
         let mut parents = Parents::new(8);
-        // 0 <- 1 <- 2 <- 0, a tail 3 on it, 4 from nowhere, and a loop at 6.
+        // 0 <- 1 <- 2 <- 0 with a tail at 3; 5 hangs on 4, which has no parent; 6 hangs on itself.
         for (state, parent, arc) in [(1, 0, 10), (2, 1, 11), (0, 2, 12), (3, 1, 13), (5, 4, 14), (6, 6, 15)] {
             parents.set(state, (parent, arc));
         }
