@@ -12,6 +12,8 @@ mod engine_pool;
 mod in_work;
 mod live;
 mod queue;
+#[cfg(test)]
+mod queue_tests;
 mod recorder;
 mod sweep;
 mod worker;
