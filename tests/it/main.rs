@@ -6,6 +6,7 @@ mod bad_meshes;
 mod child;
 mod client;
 mod crashes;
+mod deadlines;
 mod files;
 mod life;
 mod meshes;

@@ -85,7 +85,8 @@ fn report() -> ReportBody {
                   "components": 1, "boundaries": 1, "genus": 0, "rsd_edge": 0.0, "rsd_angle": 0.0,
                   "scaled_jacobian": {"min": 1.0, "mean": 1.0}, "hausdorff": spread, "feature_error": spread,
                   "flipped": 0},
-        "map": null, "timings_ms": {"total": 1.0}, "peak_memory_bytes": 0, "warnings": []
+        "map": null, "timings_ms": {"total": 1.0}, "peak_memory_bytes": 0, "cut_by_deadline": false, "warnings": [],
+        "edge_length": 1.0, "features": {"detected": 0, "kept": 0, "dropped": 0, "given_up": []}, "symmetry": []
     }))
     .expect("the shape of a report")
 }

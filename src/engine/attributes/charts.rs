@@ -36,7 +36,7 @@ impl Charts<'_> {
     }
 
     fn at_corner(&self, corner: DVec3, centre: DVec3, piece: &BTreeSet<u32>) -> Option<[f32; 2]> {
-        let nearest = |p: DVec3| self.origin.index.closest_where(p, f64::INFINITY, |f| piece.contains(&f));
+        let nearest = |p: DVec3| self.nearest(p, piece);
         let on_surface = nearest(corner)?;
         if piece.len() == 1 {
             return Some(self.value(&on_surface));
@@ -53,6 +53,19 @@ impl Charts<'_> {
             }
         }
         best.map(|(_, uv)| uv)
+    }
+
+    /// The point of a piece of the surface nearest to `p`, in the lowest of several faces.
+    fn nearest(&self, p: DVec3, piece: &BTreeSet<u32>) -> Option<SurfacePoint> {
+        let mut best: Option<SurfacePoint> = None;
+        for &face in piece {
+            let (barycentric, position) = closest_on_triangle(p, &self.origin.mesh.triangle(face as usize));
+            let distance = p.distance(position);
+            if best.is_none_or(|best| distance < best.distance) {
+                best = Some(SurfacePoint { face, barycentric, position, distance });
+            }
+        }
+        best
     }
 
     fn value(&self, at: &SurfacePoint) -> [f32; 2] {

@@ -19,11 +19,13 @@ pub struct Certificate {
     pub violations: Vec<Violation>,
     /// The measures; only the counts if the quads are no manifold.
     pub measures: QuadReport,
+    /// Where the quads and the surface are furthest apart, in model units; nothing where they are not apart.
+    pub farthest: Option<DVec3>,
 }
 
 impl Certificate {
     fn new(violations: Vec<Violation>, measures: QuadReport) -> Self {
-        Self { certified: violations.is_empty(), violations, measures }
+        Self { certified: violations.is_empty(), violations, measures, farthest: None }
     }
 }
 
@@ -74,7 +76,7 @@ pub fn certify(
     if infinite > 0 {
         violations.push(Violation { check: Check::Finite, count: infinite, witnesses: Vec::new() });
     }
-    Ok(Certificate::new(violations, measures))
+    Ok(Certificate { farthest: distances.farthest, ..Certificate::new(violations, measures) })
 }
 
 /// What the checks against the surface found.
@@ -151,7 +153,7 @@ fn judge_pair(
     diagonal: f64,
 ) -> Result<Judged, Cancelled> {
     let foot = |(i, &p): (usize, &DVec3)| {
-        if i % 1024 == 0 {
+        if i % 32 == 0 {
             ctx.check()?;
         }
         Ok(index.closest(p))

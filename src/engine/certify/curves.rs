@@ -95,7 +95,7 @@ pub(super) fn check(
         .par_iter()
         .enumerate()
         .map(|(i, s)| {
-            if i % 1024 == 0 {
+            if i % 32 == 0 {
                 ctx.check()?;
             }
             let index = if curves[s.curve].is_boundary { &boundary } else { &all };

@@ -20,6 +20,8 @@ const VERTICES: usize = 100_000;
 pub(super) struct Distances {
     /// The largest distance of a sample of either side to the other side.
     pub(super) max: f64,
+    /// The sample that has it.
+    pub(super) farthest: Option<DVec3>,
     /// Mean distance of the samples on the quads' area to the surface.
     pub(super) mean: f64,
 }
@@ -46,18 +48,28 @@ pub(super) fn measure(
 ) -> Result<Distances, Cancelled> {
     let faces = surface.n_faces() + quads.n_faces();
     let n = (SAMPLES_PER_FACE * faces).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
-    let over_area = distances(ctx, surface_index, &samples(quads, n, 1))?;
-    let at_vertices = distances(ctx, surface_index, &vertices(quads))?;
-    let back_area = distances(ctx, quad_index, &samples(surface, n, 2))?;
-    let back_vertices = distances(ctx, quad_index, &vertices(surface))?;
-    let all = [&over_area, &at_vertices, &back_area, &back_vertices];
-    let max = all.into_iter().flatten().copied().fold(0.0, f64::max);
-    Ok(Distances { max, mean: mean(&over_area) })
+    let over_area = samples(quads, n, 1);
+    let of_area = distances(ctx, surface_index, &over_area)?;
+    let (mut max, mut farthest) = (0.0, None);
+    let mut heed = |points: &[DVec3], distances: &[f64]| {
+        for (&p, &distance) in points.iter().zip(distances) {
+            if distance > max {
+                (max, farthest) = (distance, Some(p));
+            }
+        }
+    };
+    heed(&over_area, &of_area);
+    for (index, points) in
+        [(surface_index, vertices(quads)), (quad_index, samples(surface, n, 2)), (quad_index, vertices(surface))]
+    {
+        heed(&points, &distances(ctx, index, &points)?);
+    }
+    Ok(Distances { max, farthest, mean: mean(&of_area) })
 }
 
 fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[DVec3]) -> Result<Vec<f64>, Cancelled> {
     let at = |(i, &p): (usize, &DVec3)| {
-        if i % 1024 == 0 {
+        if i % 32 == 0 {
             ctx.check()?;
         }
         Ok(index.closest(p).distance)

@@ -38,7 +38,7 @@ pub(super) fn check(
     let flipped: Vec<bool> = (0..quads.quads.len())
         .into_par_iter()
         .map(|q| {
-            if q % 1024 == 0 {
+            if q % 32 == 0 {
                 ctx.check()?;
             }
             Ok(is_flipped(q))

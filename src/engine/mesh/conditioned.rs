@@ -1,6 +1,7 @@
 //! The surface that the quads are made for and measured against.
 
 use crate::engine::mesh::{Features, NONE, TriMesh};
+use crate::engine::run::Warning;
 
 /// A conditioned surface. "Same topology as the input" means: as this mesh.
 #[derive(Clone, Debug)]
@@ -13,8 +14,8 @@ pub struct Conditioned {
     pub origin: Vec<u32>,
     /// What was repaired: name (`snake_case`, stable) and how often; only what happened.
     pub repairs: Vec<(&'static str, usize)>,
-    /// Soft troubles, for people.
-    pub warnings: Vec<String>,
+    /// What the repairs change about the surface.
+    pub warnings: Vec<Warning>,
 }
 
 /// A conditioned surface together with its feature network.

@@ -38,14 +38,39 @@ impl Node {
     }
 }
 
-/// Nearest-point queries on a fixed triangle mesh. Owns what it needs.
+/// Nearest-point queries on some faces of a fixed triangle mesh. Owns what it needs.
 #[derive(Clone, Debug)]
-pub struct SurfaceIndex {
+pub struct FaceTree {
     nodes: Vec<Node>,
     /// Triangles in the order of the leaves.
     triangles: Vec<[DVec3; 3]>,
     /// Face of each of `triangles`.
     faces: Vec<u32>,
+}
+
+impl FaceTree {
+    /// Builds the hierarchy over `faces` of `mesh`, which are in ascending order. O(n log n).
+    pub fn new(mesh: &TriMesh, faces: &[u32]) -> Self {
+        Self::of_triangles(faces.iter().map(|&f| mesh.triangle(f as usize)).collect(), faces)
+    }
+
+    /// Builds the hierarchy over triangles, or segments that have an end twice, with their names in ascending order.
+    pub fn of_triangles(corners: Vec<[DVec3; 3]>, faces: &[u32]) -> Self {
+        let centres: Vec<DVec3> = corners.iter().map(|&[a, b, c]| a.min(b).min(c) + a.max(b).max(c)).collect();
+        let mut order: Vec<u32> = (0..faces.len() as u32).collect();
+        let mut nodes = Vec::with_capacity(2 * faces.len() / LEAF + 2);
+        if !faces.is_empty() {
+            build(&mut nodes, &mut order, 0, &corners, &centres);
+        }
+        let triangles = order.iter().map(|&i| corners[i as usize]).collect();
+        Self { nodes, triangles, faces: order.iter().map(|&i| faces[i as usize]).collect() }
+    }
+}
+
+/// Nearest-point queries on all of a fixed triangle mesh, with its normals.
+#[derive(Clone, Debug)]
+pub struct SurfaceIndex {
+    tree: FaceTree,
     /// Unit normal per face.
     normals: Vec<DVec3>,
     /// Vertices per face.
@@ -57,14 +82,7 @@ pub struct SurfaceIndex {
 impl SurfaceIndex {
     /// Builds the hierarchy, O(F log F).
     pub fn new(mesh: &TriMesh) -> Self {
-        let corners: Vec<[DVec3; 3]> = (0..mesh.n_faces()).map(|f| mesh.triangle(f)).collect();
-        let centres: Vec<DVec3> = corners.iter().map(|&[a, b, c]| a.min(b).min(c) + a.max(b).max(c)).collect();
-        let mut faces: Vec<u32> = (0..mesh.n_faces() as u32).collect();
-        let mut nodes = Vec::with_capacity(2 * mesh.n_faces() / LEAF + 2);
-        if !faces.is_empty() {
-            build(&mut nodes, &mut faces, 0, &corners, &centres);
-        }
-        let triangles = faces.iter().map(|&f| corners[f as usize]).collect();
+        let tree = FaceTree::new(mesh, &(0..mesh.n_faces() as u32).collect::<Vec<_>>());
         let normals = (0..mesh.n_faces()).map(|f| mesh.normal(f)).collect();
         let mut vertex_normals = vec![DVec3::ZERO; mesh.n_vertices()];
         for (f, face) in mesh.faces().iter().enumerate() {
@@ -73,7 +91,7 @@ impl SurfaceIndex {
             }
         }
         let vertex_normals = vertex_normals.into_iter().map(DVec3::normalize_or_zero).collect();
-        Self { nodes, triangles, faces, normals, corners: mesh.faces().to_vec(), vertex_normals }
+        Self { tree, normals, corners: mesh.faces().to_vec(), vertex_normals }
     }
 
     /// Unit normal at a point of the surface, interpolated between its face's vertices: what the eye would call the
@@ -97,8 +115,22 @@ impl SurfaceIndex {
         self.closest_where(p, f64::INFINITY, |_| true).unwrap_or(nothing)
     }
 
-    /// The point nearest to `p` at most `max_distance` away in a face that `accept` accepts, if there is one.
+    /// As [`FaceTree::closest_where`].
     pub fn closest_where(&self, p: DVec3, max_distance: f64, accept: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
+        self.tree.closest_where(p, max_distance, accept)
+    }
+}
+
+impl FaceTree {
+    /// The point nearest to `p` at most `max_distance` away in a face that `accept` accepts, if there is one; of several
+    /// in the same distance the one in the lowest face. Faces that are not accepted are walked through: leave out of the
+    /// tree what never is.
+    pub fn closest_where(
+        &self,
+        p: DVec3,
+        max_distance: f64,
+        mut accept: impl FnMut(u32) -> bool,
+    ) -> Option<SurfacePoint> {
         let root = self.nodes.first()?;
         let mut bound = max_distance * max_distance;
         let mut best: Option<(u32, [f64; 3], DVec3)> = None;

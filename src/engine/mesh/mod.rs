@@ -17,11 +17,11 @@ mod soup;
 mod tri_mesh;
 
 pub use conditioned::{Conditioned, Surface, SurfacePart};
-pub use feature_detection::{FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};
+pub use feature_detection::{Detected, FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};
 pub use features::Features;
 pub use handles::{SmallHandle, small_handles};
 pub use influences::Influences;
-pub use locate::{SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
+pub use locate::{FaceTree, SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
 pub use paths::ShortestPaths;
 pub use refine::{Refined, refine};
 pub use remesh::{IsotropicOptions, graded_working_mesh, remesh_isotropic, working_mesh};

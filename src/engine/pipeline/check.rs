@@ -1,20 +1,38 @@
 //! The certificate alone, for quads from anywhere.
 
+use glam::DVec3;
+
 use crate::engine::certify::{Certificate, certify};
+use crate::engine::mesh::Detected;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::pipeline::error::RemeshError;
-use crate::engine::pipeline::remesh::{edge_length, features};
-use crate::engine::pipeline::spec::RemeshSpec;
+use crate::engine::pipeline::remesh::{SHORTEST_FEATURE, edge_length, features, middle};
+use crate::engine::pipeline::spec::{RemeshSpec, Target};
+use crate::engine::pipeline::symmetry::{fold, unfold_surface};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
 
-/// Certifies `quads` against the surface of `soup`, conditioned and with features as a run with this spec would have
-/// them.
+/// Middles of edges that differ less than this, relative to the diagonal, are of the same edge: reports are decimal.
+const SAME_PLACE: f64 = 1e-9;
+
+/// What the report of the run that made the quads says about the surface that it made them for.
+#[derive(Clone, Debug, Default)]
+pub struct RunFindings {
+    /// The edge length asked for, in model units.
+    pub edge_length: f64,
+    /// Axes (0, 1, 2) across which the quads, and so their surface, are mirrored.
+    pub symmetry: Vec<usize>,
+    /// Middles of feature edges that were given up.
+    pub given_up: Vec<DVec3>,
+}
+
+/// Certifies `quads` against the surface of `soup`, conditioned and with features as a run with this spec has them, and
+/// where its findings are known, with the features that it gave up left out.
 ///
 /// # Errors
 /// [`RemeshError`]: the input is refused, or the run was stopped.
@@ -23,16 +41,48 @@ pub fn check(
     soup: &TriangleSoup,
     quads: &QuadMesh,
     spec: &RemeshSpec,
+    findings: Option<&RunFindings>,
 ) -> Result<Certificate, RemeshError> {
     let conditioned = ctx.stage(Stage::Condition, || {
         let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
-    let edge_length = edge_length(&conditioned, spec)?;
-    let (features, _) =
-        ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
-    let surface = Surface { mesh: conditioned.mesh, features };
+    let mut spec = spec.clone();
+    if let Some(findings) = findings {
+        spec.target = Target::EdgeLength(findings.edge_length);
+        spec.symmetry.clone_from(&findings.symmetry);
+    }
+    let edge_length = edge_length(&conditioned, &spec)?;
+    let Detected { features, .. } =
+        ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, &spec, edge_length)))?;
+    let mut surface = Surface { mesh: conditioned.mesh, features };
+    if !spec.symmetry.is_empty() {
+        let min_length = SHORTEST_FEATURE * edge_length;
+        let fold = fold(ctx, &surface, &[], &spec.symmetry, min_length, &mut Vec::new())?;
+        surface = unfold_surface(&fold.surface, &fold.unfoldings).unwrap_or(surface);
+    }
+    if let Some(findings) = findings {
+        surface = without(surface, &findings.given_up);
+    }
     ctx.stage(Stage::Certify, || {
         certify(ctx, &surface, &SurfaceIndex::new(&surface.mesh), quads).map_err(RemeshError::from)
     })
+}
+
+/// The surface without the feature edges whose middles are given.
+fn without(surface: Surface, middles: &[DVec3]) -> Surface {
+    let Surface { mesh, features } = surface;
+    let same = SAME_PLACE * mesh.diagonal();
+    let mut middles = middles.to_vec();
+    middles.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let is_given_up = |p: DVec3| {
+        let first = middles.partition_point(|m| m.x < p.x - same);
+        middles[first..].iter().take_while(|m| m.x <= p.x + same).any(|m| m.distance(p) <= same)
+    };
+    let kept: Vec<[u32; 2]> = features.edges.iter().copied().filter(|&e| !is_given_up(middle(&mesh, e))).collect();
+    if kept.len() == features.edges.len() {
+        return Surface { mesh, features };
+    }
+    let features = features.restricted(&mesh, kept);
+    Surface { mesh, features }
 }

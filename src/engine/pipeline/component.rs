@@ -95,7 +95,7 @@ impl Component {
         // Stumps: curves with a loose end that was none before.
         loop {
             let curve = curves(&kept, &self.surface.features.corners);
-            let (before, now) = (degrees(edges, mesh.n_vertices()), degrees(&kept, mesh.n_vertices()));
+            let (before, now) = (Features::degrees(edges, mesh), Features::degrees(&kept, mesh));
             let mut sizes = vec![0.0; kept.len()];
             let mut loose = vec![false; kept.len()];
             for (e, &c) in curve.iter().enumerate() {
@@ -139,19 +139,10 @@ impl Component {
         Self { edge_length, quads, ..self.clone() }
     }
 
-    /// The same component with some of its feature edges only, in their order. Corners stay where a feature or the
-    /// boundary is left, and loose ends become corners.
+    /// The same component with some of its feature edges only, in their order.
     fn with_edges(&self, edges: Vec<[u32; 2]>) -> Self {
         let mesh = &self.surface.mesh;
-        let (before, now) =
-            (degrees(&self.surface.features.edges, mesh.n_vertices()), degrees(&edges, mesh.n_vertices()));
-        let is_corner = |v: u32| {
-            let (before, now) = (before[v as usize], now[v as usize]);
-            let was = self.surface.features.is_corner(v) && (now > 0 || mesh.is_boundary_vertex(v));
-            was || now != before && now > 0
-        };
-        let corners = (0..mesh.n_vertices() as u32).filter(|&v| is_corner(v)).collect();
-        let surface = Surface { mesh: mesh.clone(), features: Features { edges, corners } };
+        let surface = Surface { mesh: mesh.clone(), features: self.surface.features.restricted(mesh, edges) };
         Self { surface, ..self.clone() }
     }
 }
@@ -166,14 +157,6 @@ fn apart(places: impl Iterator<Item = DensePlace>, edge_length: f64) -> Vec<Dens
         }
     }
     kept
-}
-
-fn degrees(edges: &[[u32; 2]], n: usize) -> Vec<u32> {
-    let mut degrees = vec![0; n];
-    for &v in edges.iter().flatten() {
-        degrees[v as usize] += 1;
-    }
-    degrees
 }
 
 /// Per edge, the first edge of its curve: edges that meet where there is no corner.

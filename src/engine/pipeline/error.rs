@@ -33,6 +33,12 @@ pub enum RemeshError {
         /// What speaks against it.
         cause: String,
     },
+    /// The quads of all components together do not pass the certificate.
+    #[error("the quads did not pass the certificate: {cause}")]
+    NotCertified {
+        /// All violations.
+        cause: String,
+    },
     /// No level of the ladder gave quads that pass the certificate.
     #[error("no certified quads were found for component {component}: {cause}")]
     NoQuads {
@@ -55,7 +61,7 @@ impl RemeshError {
         match self {
             Self::Condition(_) | Self::NotSymmetric { .. } => Stage::Condition,
             Self::Cancelled(_) | Self::TooManyQuads { .. } => Stage::Refine,
-            Self::NoQuads { .. } => Stage::Certify,
+            Self::NoQuads { .. } | Self::NotCertified { .. } => Stage::Certify,
         }
     }
 }
@@ -66,7 +72,7 @@ impl Blame for RemeshError {
             Self::Condition(e) => e.fault(),
             Self::Cancelled(_) => Fault::Cancelled,
             Self::TooManyQuads { .. } => Fault::Limit,
-            Self::NoQuads { .. } | Self::NotSymmetric { .. } => Fault::Unsatisfiable,
+            Self::NoQuads { .. } | Self::NotCertified { .. } | Self::NotSymmetric { .. } => Fault::Unsatisfiable,
         }
     }
 

@@ -350,7 +350,7 @@ impl Work<'_> {
 /// What a component gets when the deadline has passed before anything was certified: its split triangles, if they
 /// pass. The steps here heed no deadline, so they are for small surfaces only.
 pub(super) fn last_resort(ctx: &RunContext, component: &Component) -> Result<Finished, Cancelled> {
-    let ctx = &ctx.unstopped();
+    let ctx = &ctx.late();
     let index = &SurfaceIndex::new(&component.surface.mesh);
     Work { ctx, component, index, most_improved: 0 }.judged_as_it_is(split_draft(&component.surface))
 }

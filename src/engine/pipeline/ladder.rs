@@ -3,6 +3,7 @@
 //! Every candidate goes through the same optimisation and the same certificate (`finish`). A panic on a road is
 //! contained: it costs the component its level, never the run.
 
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use glam::DVec3;
@@ -23,6 +24,7 @@ use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
 use crate::engine::run::StopReason;
+use crate::engine::run::{Warning, WarningKind};
 
 /// What became of one component.
 #[derive(Debug)]
@@ -33,7 +35,7 @@ pub(super) struct Solved {
     pub(super) map: Option<(Working, QuadCoverMap)>,
     /// The features that the quads keep, where some of the component's were given up.
     pub(super) kept_features: Option<Features>,
-    pub(super) warnings: Vec<String>,
+    pub(super) warnings: Vec<Warning>,
 }
 
 /// Flipped triangles of a map after which no other field is tried.
@@ -55,7 +57,7 @@ const SMALL_HANDLE: f64 = 3.0;
 const QUADS_AROUND: f64 = 6.0;
 /// but none of less than this part of the edge length.
 const SMALLEST: f64 = 0.1;
-/// Most triangles of a component whose branch points are searched for: everything else takes its time there, too.
+/// Most triangles of a working mesh on which branch points are searched for: everything else takes its time there, too.
 const MOST_FACES_SEARCHED: usize = 500_000;
 
 /// One rung of the ladder.
@@ -76,8 +78,8 @@ enum Rung {
 /// Features this many quad edges around reflex corners are given up first: the quads are certified, so little is wrong.
 const REFLEX: f64 = 0.75;
 
-/// What a warning begins with when a rung above `Map` has failed.
-const NOT_FREE: &str = "the boundary is followed, it could not be left free:";
+/// What a failed map is called in warnings.
+const NO_QUADS_FROM_MAP: &str = "no quads from the map";
 
 /// Which of the detected features a rung keeps.
 #[derive(Clone, Copy, PartialEq)]
@@ -125,7 +127,11 @@ struct Climb<'a> {
     places: Vec<DVec3>,
     map: Option<(Working, QuadCoverMap)>,
     no_second_field: bool,
-    warnings: Vec<String>,
+    /// Attempts that gave no certified quads.
+    failures: usize,
+    /// Whether an attempt was left out because the deadline was near.
+    is_out_of_time: bool,
+    warnings: Vec<Warning>,
 }
 
 /// Components of more triangles than this get no quads once the deadline has passed.
@@ -156,7 +162,9 @@ pub(super) fn solve(
     if finished.refusal.is_some() {
         return Err(stop);
     }
-    let warnings = vec!["the deadline passed before there were better quads".to_owned()];
+    let effect = "there was no time for better quads than split triangles".to_owned();
+    let warnings =
+        vec![WarningKind::Deadline { effect }.into(), WarningKind::Fallback { level: Level::L4 as u8 }.into()];
     Ok(Ok(Solved { draft: finished.draft, level: Level::L4, map: None, kept_features: None, warnings }))
 }
 
@@ -191,6 +199,8 @@ fn climb(
         places: Vec::new(),
         map: None,
         no_second_field: false,
+        failures: 0,
+        is_out_of_time: false,
         warnings: Vec::new(),
     };
     let mut last = String::new();
@@ -249,7 +259,7 @@ fn climb(
                 match contained(draft) {
                     Some(draft) => (draft?, None, road.level()),
                     None => {
-                        climb.warnings.push(format!("no quads of level {:?}: {CONTAINED}", road.level()));
+                        climb.failed(internal_error(format!("no quads of level {:?}", road.level())), &[]);
                         continue;
                     }
                 }
@@ -261,33 +271,28 @@ fn climb(
             Rung::Plain(Road::SplitInput) => Improve::FirstIfFew,
         };
         let Some(finished) = contained(|| finish(ctx, &component, &climb.index, draft, improve)) else {
-            climb.warnings.push(format!("quads of level {level:?} were not finished: {CONTAINED}"));
+            climb.failed(internal_error(format!("quads of level {level:?} were not finished")), &[]);
             continue;
         };
         let finished = finished?;
         climb.no_second_field |= !matches!(rung, Rung::Open(_)) && map.as_ref().is_some_and(is_hopeless);
         let Some(refusal) = finished.refusal else {
             let mut warnings = climb.warnings.clone();
-            if !keeps_all {
-                let n = climb.whole.surface.features.edges.len() - component.surface.features.edges.len();
-                warnings.push(format!(
-                    "{n} of {} sharp edges were given up: they are detail below the size of the quads",
-                    climb.whole.surface.features.edges.len()
-                ));
+            if level > Level::L0 {
+                warnings.push(WarningKind::Fallback { level: level as u8 }.into());
             }
             if map.is_none() && !(component.is_even() && component.strokes.is_empty()) {
-                warnings.push("quads of this level are even in size and follow no strokes".to_owned());
-            }
-            if !component.dense.is_empty() && map.is_some() {
-                let n = component.dense.len();
-                warnings
-                    .push(format!("density_floor: quads are smaller around {n} places with detail below their size"));
+                warnings.push(WarningKind::GuidanceIgnored {}.into());
             }
             let (n, wanted) = (finished.draft.mesh.quads.len() as f64, climb.whole.quads);
             let is_more = spec.adapt_count && n > (1.0 + MISSED) * wanted && n > wanted + MANY_MORE;
-            if matches!(rung, Rung::Finer(..)) || is_more && map.is_some() {
-                warnings.push(format!(
-                    "density_floor: {n} quads instead of {wanted:.0}: the detail is below the size asked for"
+            if map.is_some() && (!component.dense.is_empty() || matches!(rung, Rung::Finer(..)) || is_more) {
+                let places: Vec<DVec3> = component.dense.iter().map(|place| place.at).collect();
+                let (quads, wanted) = (n as usize, wanted.round() as usize);
+                warnings.push(Warning::new(
+                    WarningKind::DensityFloor { around: places.len(), quads, wanted },
+                    None,
+                    &places,
                 ));
             }
             let kept_features = (!keeps_all).then(|| component.surface.features.clone());
@@ -301,7 +306,7 @@ fn climb(
                 _ => Good { rank, solved },
             };
             // After some failures the climb has taken long enough.
-            let failures = climb.warnings.len();
+            let failures = climb.failures;
             let is_small = component.surface.mesh.n_faces() < MOST_FACES_FINER;
             let is_lost = solved.rank.2 > LOST_A_PART && failures < 3 && is_small;
             let is_reflex = solved.rank.1 > 0 && failures < 2 && is_small;
@@ -316,10 +321,12 @@ fn climb(
             *good = Some(solved);
             continue;
         };
-        climb.warnings.push(match rung {
-            Rung::Open(_) => format!("{NOT_FREE} {}", refusal.cause),
-            _ => format!("quads of level {level:?} were not certified: {}", refusal.cause),
-        });
+        let cause = refusal.cause.clone();
+        let kind = match rung {
+            Rung::Open(_) => WarningKind::BoundaryFollowed { cause },
+            _ => WarningKind::AttemptFailed { attempt: format!("quads of level {level:?} were not certified"), cause },
+        };
+        climb.failed(kind, &refusal.places);
         if map.is_some() && keep != Keep::None {
             let denser = matches!(rung, Rung::Denser(_)) && good.is_none();
             climb.failed_at(denser.then_some(component), refusal.places);
@@ -352,11 +359,17 @@ impl Climb<'_> {
         Ok(handles.iter().map(|handle| DensePlace { at: handle.centre, size: size(handle.girth) }).collect())
     }
 
+    /// Notes an attempt that gave no certified quads.
+    fn failed(&mut self, kind: WarningKind, places: &[DVec3]) {
+        self.failures += 1;
+        self.warnings.push(Warning::new(kind, None, places));
+    }
+
     /// Notes, once, that there is no time for another map.
     fn no_time(&mut self) {
-        let warning = "no time was left for a map: the deadline was near";
-        if self.warnings.last().is_none_or(|last| last != warning) {
-            self.warnings.push(warning.to_owned());
+        if !std::mem::replace(&mut self.is_out_of_time, true) {
+            let effect = "no time was left for a map: the deadline was near".to_owned();
+            self.failed(WarningKind::Deadline { effect }, &[]);
         }
     }
 
@@ -385,30 +398,42 @@ impl Climb<'_> {
         // Branch points are worth their search where the first map or one near it is delivered; the rungs below want
         // any map at all.
         let is_near = smoothing == spec.smoothing && component.edge_length == self.whole.edge_length;
-        let is_first = self.warnings.len() < 2 && is_near;
-        let is_small = component.surface.mesh.n_faces() < MOST_FACES_SEARCHED;
-        let branch_points = match spec.optimise {
-            Optimise::Relocate if is_first && is_small => Some(BranchOptions { create: false }),
-            Optimise::Balance if is_first && is_small => Some(BranchOptions { create: true }),
-            _ => None,
-        };
+        let is_first = self.failures < 2 && is_near;
+        let is_left_out = Cell::new(0);
         let by_map = || {
             let working =
                 ctx.stage(Stage::Refine, || working_surface(ctx, component, &self.index, spec.working_mesh))?;
+            let triangles = working.surface.mesh.n_faces();
+            let is_small = triangles < MOST_FACES_SEARCHED;
+            let branch_points = match spec.optimise {
+                Optimise::Relocate if is_first && is_small => Some(BranchOptions { create: false }),
+                Optimise::Balance if is_first && is_small => Some(BranchOptions { create: true }),
+                _ => None,
+            };
+            if is_first && !is_small && spec.optimise != Optimise::None {
+                is_left_out.set(triangles);
+            }
             let options = method_options(component, &working, spec, smoothing, branch_points);
             by_map(ctx, working, &QuadCoverOptions { boundary_free, ..options })
         };
-        let no_map = if boundary_free { NOT_FREE } else { "no quads from the map:" };
-        match contained(by_map) {
+        let made = contained(by_map);
+        if is_left_out.get() > 0 {
+            self.warnings.push(WarningKind::OptimiseLeftOut { triangles: is_left_out.get() }.into());
+        }
+        match made {
             Some(Ok(found)) => return Ok(Some(found)),
             Some(Err(Failure::Cancelled(c))) => return Err(c),
             Some(Err(Failure::Cause(cause, map))) => {
-                self.warnings.push(format!("{no_map} {cause}"));
+                let kind = match boundary_free {
+                    true => WarningKind::BoundaryFollowed { cause },
+                    false => WarningKind::AttemptFailed { attempt: NO_QUADS_FROM_MAP.to_owned(), cause },
+                };
+                self.failed(kind, &[]);
                 // Without a map another field fails the same way: too many integers, or a failed solve.
                 self.no_second_field |= !boundary_free && map.as_deref().is_none_or(is_hopeless);
                 self.map = self.map.take().or(map.map(|map| *map));
             }
-            None => self.warnings.push(format!("{no_map} {CONTAINED}")),
+            None => self.failed(internal_error(NO_QUADS_FROM_MAP.to_owned()), &[]),
         }
         Ok(None)
     }
@@ -420,8 +445,9 @@ fn is_hopeless(map: &(Working, QuadCoverMap)) -> bool {
     map.1.measures.flipped > HOPELESS_FLIPS || map.1.n_integers > HOPELESS_INTEGERS
 }
 
-/// What warnings say of a panic.
-const CONTAINED: &str = "an internal error was contained";
+fn internal_error(attempt: String) -> WarningKind {
+    WarningKind::InternalError { attempt }
+}
 
 /// What the work gives, unless it panics.
 fn contained<T>(work: impl FnOnce() -> T) -> Option<T> {

@@ -12,13 +12,14 @@ use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
-use crate::engine::mesh::{FeatureOptions, detect_features_and_detail};
+use crate::engine::mesh::{Detected, FeatureOptions, TriMesh, detect_features_and_detail};
 use crate::engine::pipeline::component::{Component, split};
 use crate::engine::pipeline::error::RemeshError;
+use crate::engine::pipeline::finding::Finding;
 use crate::engine::pipeline::ladder;
 use crate::engine::pipeline::ladder::Solved;
 use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
-use crate::engine::pipeline::report::{InputReport, Level, Repairs, Report};
+use crate::engine::pipeline::report::{FeatureReport, InputReport, Level, Repairs, Report};
 use crate::engine::pipeline::sizing::sizes;
 use crate::engine::pipeline::spec::{Method, RemeshSpec, Target};
 use crate::engine::pipeline::symmetry::{Fold, fold, unfold_map, unfold_quads, unfold_surface};
@@ -28,6 +29,7 @@ use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
 use crate::engine::run::StopReason;
+use crate::engine::run::{Warning, WarningKind};
 
 /// Everything a run gives.
 #[derive(Clone, Debug)]
@@ -46,13 +48,10 @@ pub struct Outcome {
 
 /// Loose feature chains shorter than this many quad edges are noise: a scan has hundreds, and each would cost
 /// singularities.
-const SHORTEST_FEATURE: f64 = 4.0;
+pub(super) const SHORTEST_FEATURE: f64 = 4.0;
 
 /// Most quads that an edge length may amount to.
 const MAX_QUADS: f64 = 1e7;
-
-/// Most quads that are still delivered when the deadline has passed.
-const MOST_LATE: usize = 300_000;
 
 /// Runs the engine on one model.
 ///
@@ -65,7 +64,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     })?;
     ctx.progress(0.05);
     let edge_length = edge_length(&conditioned, spec)?;
-    let (features, detail) =
+    let Detected { features, detail, dropped } =
         ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let Conditioned { mesh, polygon, repairs, mut warnings, origin, .. } = conditioned;
     let surface = Surface { mesh, features };
@@ -73,33 +72,38 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
         sizes(ctx, &surface, &origin, soup, spec, edge_length, &mut warnings).map_err(RemeshError::from)
     })?;
     for stroke in strokes_off_surface(&surface.mesh, &spec.strokes, edge_length) {
-        warnings.push(format!("strokes/{stroke}: no part of the surface is near this stroke"));
+        warnings.push(WarningKind::StrokeOffSurface { stroke }.into());
     }
     let made = match spec.symmetry.as_slice() {
         [] => None,
         axes => made_symmetric(ctx, &surface, &log_size, axes, edge_length, spec, &mut warnings)?,
     };
+    let symmetry = if made.is_some() { spec.symmetry.clone() } else { Vec::new() };
     let made = match made {
         Some(made) => made,
         None => make(ctx, surface.clone(), edge_length, &log_size, &detail, spec)?,
     };
-    // Where the deadline passed and every component has quads nevertheless, they are delivered, unless judging and
-    // writing them would take long.
-    let is_late = matches!(ctx.stopped(), Some(StopReason::Deadline)) && made.quads.quads.len() <= MOST_LATE;
-    let late = is_late.then(|| ctx.unstopped());
+    // Where the deadline passed and every component has quads nevertheless, they are delivered, if judging and writing
+    // them ends soon.
+    let late = (ctx.stopped() == Some(StopReason::Deadline)).then(|| ctx.late());
     let ctx = late.as_ref().unwrap_or(ctx);
     warnings.extend(made.warnings);
     let index = SurfaceIndex::new(&made.surface.mesh);
     let certificate =
         ctx.stage(Stage::Certify, || certify(ctx, &made.surface, &index, &made.quads).map_err(RemeshError::from))?;
-    let attributes = if certificate.certified && has_attributes(soup, spec.preserve) {
+    if !certificate.certified {
+        let cause: Vec<String> = certificate.violations.iter().map(ToString::to_string).collect();
+        return Err(RemeshError::NotCertified { cause: cause.join("; ") });
+    }
+    let attributes = if has_attributes(soup, spec.preserve) {
         // A surface that was mirrored is not the one that the attributes belong to.
         let own = (!spec.symmetry.is_empty()).then(|| SurfaceIndex::new(&surface.mesh));
         let origin = Origin::new(soup, &surface.mesh, &polygon, own.as_ref().unwrap_or(&index));
         match ctx.stage(Stage::Write, || carry(ctx, &origin, &made.quads, &made.component, spec.preserve)) {
             // The quads are there: they are worth more than what they would have carried.
             Err(Cancelled(StopReason::Deadline)) => {
-                warnings.push("the deadline passed before attributes were carried to the quads".to_owned());
+                let what = "the deadline passed before attributes were carried to the quads".to_owned();
+                warnings.push(WarningKind::AttributesLost { what }.into());
                 QuadAttributes::default()
             }
             carried => carried?,
@@ -107,13 +111,16 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     } else {
         QuadAttributes::default()
     };
-    warnings.extend(certificate.violations.iter().map(ToString::to_string));
+    let features = FeatureReport::of(&surface.mesh, &dropped, &made.given_up, made.surface.features.edges.len());
+    let result = Finding { quads: &made.quads, certificate: &certificate, surface: &made.surface, edge_length };
+    warnings.extend(result.warnings(spec, &features));
     let topology = surface.mesh.topology();
     let report = Report {
         method: match spec.method {
             Method::QuadCover => "quadcover",
         },
-        certified: certificate.certified,
+        certified: true,
+        cut_by_deadline: late.is_some(),
         level: made.levels.iter().copied().max().unwrap_or(Level::L0),
         component_levels: made.levels,
         input: InputReport {
@@ -125,6 +132,9 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
             feature_edges: made.surface.features.edges.len(),
             repairs: Repairs { counts: repairs },
         },
+        edge_length,
+        features,
+        symmetry,
         quads: certificate.measures,
         map: made.map.as_ref().map(|m| m.report.clone()),
         warnings,
@@ -143,7 +153,9 @@ struct Made {
     map: Option<MapOutcome>,
     /// Per component.
     levels: Vec<Level>,
-    warnings: Vec<String>,
+    /// Feature edges that were given up, by their middles.
+    given_up: Vec<DVec3>,
+    warnings: Vec<Warning>,
 }
 
 /// Solves the components of a surface.
@@ -158,9 +170,8 @@ fn make(
     let components = split(&surface, edge_length, spec.keeps_count(), log_size, detail, &spec.strokes);
     let solved = solve(ctx, &components, spec)?;
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
-    give_up_features(&mut surface, &components, &solved);
-    let mut warnings = Vec::new();
-    warn_of(&solved, &mut warnings);
+    let given_up = give_up_features(&mut surface, &components, &solved);
+    let warnings = warnings_of(&solved);
     let map = assemble_map(&components, &solved, spec.working_mesh);
     let mut draft = QuadDraft::default();
     let mut component = Vec::new();
@@ -168,7 +179,7 @@ fn make(
         draft.append(s.draft);
         component.resize(draft.mesh.quads.len(), c);
     }
-    Ok(Made { surface, quads: draft.mesh, component, map, levels, warnings })
+    Ok(Made { surface, quads: draft.mesh, component, map, levels, given_up, warnings })
 }
 
 /// Solves a part of a surface and adds its images; `None` with a warning if that does not make certified quads.
@@ -179,7 +190,7 @@ fn made_symmetric(
     axes: &[usize],
     edge_length: f64,
     spec: &RemeshSpec,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<Made>, RemeshError> {
     let min_length = SHORTEST_FEATURE * edge_length;
     let fold = ctx.stage(Stage::Condition, || fold(ctx, whole, log_size, axes, min_length, warnings))?;
@@ -188,7 +199,7 @@ fn made_symmetric(
         made => match unfolded(made?, whole, &fold) {
             None => "the images do not fit together".to_owned(),
             Some(made) => {
-                let late = matches!(ctx.stopped(), Some(StopReason::Deadline)).then(|| ctx.unstopped());
+                let late = (ctx.stopped() == Some(StopReason::Deadline)).then(|| ctx.late());
                 let ctx = late.as_ref().unwrap_or(ctx);
                 let index = SurfaceIndex::new(&made.surface.mesh);
                 let certificate = ctx.stage(Stage::Certify, || certify(ctx, &made.surface, &index, &made.quads))?;
@@ -199,13 +210,15 @@ fn made_symmetric(
             }
         },
     };
-    warnings.push(format!("symmetry was given up: {cause}"));
+    warnings.push(WarningKind::SymmetryDropped { cause }.into());
     Ok(None)
 }
 
 /// What was made for a part, with its images; `None` if they do not fit together.
 fn unfolded(made: Made, whole: &Surface, fold: &Fold) -> Option<Made> {
     let surface = unfold_surface(&made.surface, &fold.unfoldings)?;
+    let asked = unfold_surface(&fold.surface, &fold.unfoldings)?;
+    let given_up = asked.features.without(&surface.features).map(|e| middle(&surface.mesh, e)).collect();
     let quads = unfold_quads(made.quads, &fold.unfoldings);
     let map = made.map.map(|map| unfold_map(map, &fold.unfoldings));
     // A component of the whole may be several of the part, and the other way round.
@@ -218,7 +231,7 @@ fn unfolded(made: Made, whole: &Surface, fold: &Fold) -> Option<Made> {
     let (component_of, index) = (whole.mesh.components().0, SurfaceIndex::new(&whole.mesh));
     let centre = |q: &[u32; 4]| q.iter().map(|&v| quads.positions[v as usize]).sum::<DVec3>() / 4.0;
     let component = quads.quads.iter().map(|q| component_of[index.closest(centre(q)).face as usize]).collect();
-    Some(Made { surface, quads, component, map, levels, warnings: made.warnings })
+    Some(Made { surface, quads, component, map, levels, given_up, warnings: made.warnings })
 }
 
 fn has_attributes(soup: &TriangleSoup, wanted: Preserve) -> bool {
@@ -243,13 +256,13 @@ pub(super) fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Resul
     }
 }
 
-/// The features, and the vertices at detail that quads of this edge length are too large for.
+/// The features, and what is known of those that are none.
 pub(super) fn features(
     conditioned: &Conditioned,
     soup: &TriangleSoup,
     spec: &RemeshSpec,
     edge_length: f64,
-) -> (Features, Vec<u32>) {
+) -> Detected {
     let options = FeatureOptions {
         angle_degrees: spec.features.angle_degrees,
         materials: spec.features.materials,
@@ -260,10 +273,17 @@ pub(super) fn features(
     detect_features_and_detail(conditioned, soup, &options)
 }
 
-/// Takes the features that components gave up out of the surface that the certificate compares with.
-fn give_up_features(surface: &mut Surface, components: &[Component], solved: &[Solved]) {
+/// The middle of an edge; how a report names edges that were given up, whatever surface they are found on again.
+pub(super) fn middle(mesh: &TriMesh, edge: [u32; 2]) -> DVec3 {
+    let [a, b] = edge.map(|v| mesh.position(v));
+    0.5 * (a + b)
+}
+
+/// Takes the features that components gave up out of the surface that the certificate compares with. The middles of
+/// their edges.
+fn give_up_features(surface: &mut Surface, components: &[Component], solved: &[Solved]) -> Vec<DVec3> {
     if solved.iter().all(|s| s.kept_features.is_none()) {
-        return;
+        return Vec::new();
     }
     let mut features = Features::default();
     for (component, solved) in components.iter().zip(solved) {
@@ -274,7 +294,9 @@ fn give_up_features(surface: &mut Surface, components: &[Component], solved: &[S
     }
     features.edges.sort_unstable();
     features.corners.sort_unstable();
+    let given_up = surface.features.without(&features).map(|e| middle(&surface.mesh, e)).collect();
     surface.features = features;
+    given_up
 }
 
 /// Components in parallel, largest first so that the pool is never left waiting for a late large one.
@@ -305,15 +327,19 @@ fn solve(ctx: &RunContext, components: &[Component], spec: &RemeshSpec) -> Resul
 /// At most this many warnings of components are listed one by one.
 const MAX_COMPONENT_WARNINGS: usize = 20;
 
-fn warn_of(solved: &[Solved], warnings: &mut Vec<String>) {
-    let mut all = solved.iter().enumerate().flat_map(|(c, s)| s.warnings.iter().map(move |w| (c, w)));
-    for (c, w) in all.by_ref().take(MAX_COMPONENT_WARNINGS) {
-        warnings.push(if solved.len() == 1 { w.clone() } else { format!("component {c}: {w}") });
-    }
+fn warnings_of(solved: &[Solved]) -> Vec<Warning> {
+    let name = |c: usize| (solved.len() > 1).then_some(c as u32);
+    let of = |(c, s): (usize, &Solved)| {
+        let named = move |w: &Warning| Warning { component: name(c), ..w.clone() };
+        s.warnings.iter().map(named).collect::<Vec<_>>()
+    };
+    let mut all = solved.iter().enumerate().flat_map(of);
+    let mut warnings: Vec<Warning> = all.by_ref().take(MAX_COMPONENT_WARNINGS).collect();
     let more = all.count();
     if more > 0 {
-        warnings.push(format!("{more} more warnings of components"));
+        warnings.push(WarningKind::MoreWarnings { warnings: more }.into());
     }
+    warnings
 }
 
 #[cfg(test)]
@@ -324,40 +350,63 @@ mod tests {
     use crate::engine::mesh::shapes::sample_surface;
     use crate::engine::run::Observer;
 
-    /// Stops the run when the nth stage of a kind begins.
-    struct StopAt(Arc<OnceLock<RunContext>>, Stage, StopReason);
+    /// Stops the run for a reason whenever a stage of a kind begins.
+    struct StopAt(Arc<OnceLock<RunContext>>, Vec<(Stage, StopReason)>);
 
     impl Observer for StopAt {
         fn stage_begins(&self, stage: Stage) {
-            if let Some(ctx) = self.0.get().filter(|_| stage == self.1) {
-                ctx.stop(self.2);
+            for &(_, reason) in self.1.iter().filter(|(at, _)| *at == stage) {
+                if let Some(ctx) = self.0.get() {
+                    ctx.stop(reason);
+                }
             }
         }
         fn stage_ends(&self, _: Stage) {}
         fn progress(&self, _: u32) {}
     }
 
-    fn stopped_at(stage: Stage, reason: StopReason) -> Result<Outcome, RemeshError> {
+    fn stopped_at(stops: &[(Stage, StopReason)]) -> Result<Outcome, RemeshError> {
         let mesh = sample_surface("genus2", 2000).unwrap().mesh;
-        let soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
+        let mut soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
+        soup.colours = vec![[0.5; 4]; soup.positions.len()];
         let handle = Arc::new(OnceLock::new());
-        let ctx = RunContext::new(0, StopAt(handle.clone(), stage, reason));
+        let ctx = RunContext::new(0, StopAt(handle.clone(), stops.to_vec()));
         handle.get_or_init(|| ctx.clone());
         let spec = RemeshSpec { target: Target::Quads(600), ..RemeshSpec::default() };
         let outcome = remesh(&ctx, &soup, &spec);
-        assert_eq!(ctx.stopped(), Some(reason));
+        assert!(ctx.stopped().is_some(), "{stops:?}");
         outcome
     }
 
     #[test]
     fn at_the_deadline_small_surfaces_get_what_there_is_and_a_client_gets_nothing() {
-        let early = stopped_at(Stage::Map, StopReason::Deadline).unwrap().report;
+        let early = stopped_at(&[(Stage::Map, StopReason::Deadline)]).unwrap().report;
         assert_eq!((early.certified, early.level), (true, Level::L4));
         assert_eq!(early.quads.count, 3 * early.input.triangles);
-        assert!(early.warnings.iter().any(|w| w.contains("deadline")), "{:?}", early.warnings);
-        for stage in [Stage::Field, Stage::Optimise, Stage::Certify] {
-            let stopped = stopped_at(stage, StopReason::Client);
-            assert!(matches!(stopped, Err(RemeshError::Cancelled(_))), "{stage:?}");
+        assert!(early.cut_by_deadline);
+        let is_deadline = |w: &Warning| matches!(w.kind, WarningKind::Deadline { .. });
+        assert!(early.warnings.iter().any(is_deadline), "{:?}", early.warnings);
+    }
+
+    #[test]
+    fn every_stage_heeds_a_stop() {
+        use Stage::{Certify, Condition, Extract, Features, Field, Map, Optimise, Refine, Round, Write};
+        for stage in [Condition, Features, Refine, Field, Map, Round, Extract, Optimise, Certify, Write] {
+            for reason in [StopReason::Client, StopReason::Shutdown, StopReason::Overtime] {
+                let stopped = stopped_at(&[(stage, reason)]);
+                assert!(
+                    matches!(stopped, Err(RemeshError::Cancelled(Cancelled(r))) if r == reason),
+                    "{stage:?} {reason:?}"
+                );
+            }
+        }
+        // After the deadline as well.
+        for late in [Certify, Write] {
+            let stops = [(Stage::Map, StopReason::Deadline), (late, StopReason::Client)];
+            assert!(
+                matches!(stopped_at(&stops), Err(RemeshError::Cancelled(Cancelled(StopReason::Client)))),
+                "{late:?}"
+            );
         }
     }
 
@@ -367,10 +416,11 @@ mod tests {
         let soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
         let spec = RemeshSpec { target: Target::Quads(600), ..RemeshSpec::default() };
         let ctx = RunContext::silent();
-        ctx.hurry();
+        ctx.stop(StopReason::Hurry);
         let report = remesh(&ctx, &soup, &spec).unwrap().report;
         assert_eq!((report.certified, report.level), (true, Level::L3));
-        assert!(report.warnings.iter().any(|w| w.contains("no time was left for a map")), "{:?}", report.warnings);
+        let is_deadline = |w: &Warning| matches!(w.kind, WarningKind::Deadline { .. });
+        assert!(report.warnings.iter().any(is_deadline), "{:?}", report.warnings);
         assert!((report.quads.count as f64 / 600.0 - 1.0).abs() < 0.5, "{}", report.quads.count);
     }
 }

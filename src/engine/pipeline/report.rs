@@ -1,6 +1,10 @@
 //! What a run says about its result (contract.md, section 4). Plain data; the service turns it into JSON.
 
+use glam::DVec3;
+
 use crate::engine::certify::QuadReport;
+use crate::engine::mesh::TriMesh;
+use crate::engine::run::Warning;
 
 /// Where the quads of a component came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,6 +65,32 @@ pub struct InputReport {
     pub repairs: Repairs,
 }
 
+/// Sharp edges of the input: those above the feature angle, material borders and edges that were asked for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FeatureReport {
+    /// Edges found.
+    pub detected: usize,
+    /// Edges that are chains of quad edges.
+    pub kept: usize,
+    /// Edges that are not: noise, or detail below the size of the quads.
+    pub dropped: usize,
+    /// Middles of the dropped edges that a component gave up during the run. The certificate does not ask for them.
+    pub given_up: Vec<DVec3>,
+    /// Middles of all dropped edges.
+    pub dropped_at: Vec<DVec3>,
+}
+
+impl FeatureReport {
+    /// What became of the features of `mesh`: `dropped` are edges that were left out at once, `given_up` middles of those
+    /// that were left out later, and `kept` is the number that is left.
+    pub(super) fn of(mesh: &TriMesh, dropped: &[[u32; 2]], given_up: &[DVec3], kept: usize) -> Self {
+        let early = dropped.iter().map(|e| 0.5 * (mesh.position(e[0]) + mesh.position(e[1])));
+        let dropped_at: Vec<DVec3> = early.chain(given_up.iter().copied()).collect();
+        let dropped = dropped_at.len();
+        Self { detected: kept + dropped, kept, dropped, given_up: given_up.to_vec(), dropped_at }
+    }
+}
+
 /// A singularity of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Singularity {
@@ -119,12 +149,20 @@ pub struct Report {
     pub level: Level,
     /// Level per component, in order of the components' first faces.
     pub component_levels: Vec<Level>,
+    /// Whether the deadline cut the run short: another run with the same input and spec may end otherwise.
+    pub cut_by_deadline: bool,
     /// The conditioned input.
     pub input: InputReport,
+    /// Length of the quad edges asked for, in model units.
+    pub edge_length: f64,
+    /// What became of its features.
+    pub features: FeatureReport,
+    /// Axes (0, 1, 2) across which the quads are their own mirror image, as asked for.
+    pub symmetry: Vec<usize>,
     /// The quads.
     pub quads: QuadReport,
     /// The map, where one was made.
     pub map: Option<MapReport>,
-    /// Soft troubles, for people.
-    pub warnings: Vec<String>,
+    /// What there is to say besides.
+    pub warnings: Vec<Warning>,
 }

@@ -1,6 +1,7 @@
 //! How well the integers of a model's maps are rounded: a measurement, not a stage of a run.
 
 use crate::engine::field::BranchOptions;
+use crate::engine::mesh::Detected;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriangleSoup;
@@ -28,7 +29,7 @@ pub fn rounding_trials(
     let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
     let conditioned = condition(ctx, soup, &options)?;
     let edge_length = edge_length(&conditioned, spec)?;
-    let (features, detail) = features(&conditioned, soup, spec, edge_length);
+    let Detected { features, detail, .. } = features(&conditioned, soup, spec, edge_length);
     let surface = Surface { mesh: conditioned.mesh, features };
     let branch_points = match spec.optimise {
         Optimise::Relocate => Some(BranchOptions { create: false }),

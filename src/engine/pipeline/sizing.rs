@@ -6,7 +6,7 @@ use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::pipeline::spec::RemeshSpec;
-use crate::engine::run::{Cancelled, RunContext};
+use crate::engine::run::{Cancelled, RunContext, Warning, WarningKind};
 use glam::DVec3;
 
 /// Logarithms of the size per vertex of the surface, relative to `edge_length`; empty if all quads are to be alike.
@@ -18,7 +18,7 @@ pub(super) fn sizes(
     soup: &TriangleSoup,
     spec: &RemeshSpec,
     edge_length: f64,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Vec<f64>, Cancelled> {
     let mesh = &surface.mesh;
     let mut wanted = vec![0.0; mesh.n_vertices()];
@@ -31,7 +31,7 @@ pub(super) fn sizes(
     }
     if spec.density_from_vertex_colour {
         if soup.colours.is_empty() {
-            warnings.push("density_from_vertex_colour: the input has no vertex colours".to_owned());
+            warnings.push(WarningKind::NoVertexColours {}.into());
         }
         for (wanted, &position) in wanted.iter_mut().zip(origin) {
             *wanted += soup.colours.get(position as usize).map_or(0.0, |&colour| colour_size(colour));

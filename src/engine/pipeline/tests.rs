@@ -8,7 +8,7 @@ use crate::engine::parameterize::rotate;
 use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::{Boundary, Outcome, RemeshSpec, Target, WorkingMesh, remesh};
 use crate::engine::quad::QuadMesh;
-use crate::engine::run::RunContext;
+use crate::engine::run::{RunContext, WarningKind};
 
 fn soup_of(name: &str, triangles: usize) -> TriangleSoup {
     let mesh = sample_surface(name, triangles).unwrap().mesh;
@@ -63,7 +63,11 @@ fn vertex_colours_scale_the_density() {
     let mut soup = soup_of("sphere", 6000);
     let spec = || RemeshSpec { density_from_vertex_colour: true, ..RemeshSpec::default() };
     let plain = certified(&soup, 2000, spec());
-    assert!(plain.report.warnings.iter().any(|w| w.contains("no vertex colours")), "{:?}", plain.report.warnings);
+    assert!(
+        plain.report.warnings.iter().any(|w| w.kind == WarningKind::NoVertexColours {}),
+        "{:?}",
+        plain.report.warnings
+    );
     // White at the top, black below.
     soup.colours = soup.positions.iter().map(|p| if p.z > 0.0 { [1.0; 4] } else { [0.0, 0.0, 0.0, 1.0] }).collect();
     let ratio = |outcome: &Outcome| {
@@ -113,7 +117,7 @@ fn quads_follow_a_stroke() {
     assert!(without > 20.0 && with < 5.0, "{without} {with}");
     let spec = RemeshSpec { strokes: vec![vec![DVec3::Z, 2.0 * DVec3::Z]], ..RemeshSpec::default() };
     let far = certified(&soup, 400, spec).report.warnings;
-    assert!(far.iter().any(|w| w.contains("strokes/0")), "{far:?}");
+    assert!(far.iter().any(|w| w.kind == WarningKind::StrokeOffSurface { stroke: 0 }), "{far:?}");
 }
 
 /// The soup without the triangles with such centres.

@@ -3,7 +3,7 @@
 
 use std::fmt::Debug;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 /// The stages of a run, in the order in which a run meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -70,19 +70,30 @@ impl Stage {
     }
 }
 
-/// Why a run was asked to stop. The first reason wins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Why a run was asked to stop. Of several reasons the one that stands first here counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum StopReason {
     /// The client cancelled.
     Client = 1,
-    /// The deadline of the spec passed: return the best certified result so far, or fail.
-    Deadline = 2,
     /// The process is shutting down; the job will be run again.
-    Shutdown = 3,
+    Shutdown = 2,
+    /// The time after the deadline, in which a result that is there may be finished, has passed, too.
+    Overtime = 4,
+    /// The deadline of the spec passed: return the best certified result so far, or fail.
+    Deadline = 8,
     /// The deadline is near: what may take long gives way to what surely ends. Only a [`RunContext::unhurried`] part
     /// of the run is stopped by it.
-    Hurry = 4,
+    Hurry = 16,
+}
+
+impl StopReason {
+    const ALL: [StopReason; 5] =
+        [StopReason::Client, StopReason::Shutdown, StopReason::Overtime, StopReason::Deadline, StopReason::Hurry];
+    /// What stops the last steps of a run.
+    const OF_LATE_STEPS: u8 = StopReason::Client as u8 | StopReason::Shutdown as u8 | StopReason::Overtime as u8;
+    /// What stops every other step.
+    const USUAL: u8 = StopReason::OF_LATE_STEPS | StopReason::Deadline as u8;
 }
 
 /// The run was asked to stop. Never logged as a failure.
@@ -147,16 +158,9 @@ impl Observer for Both {
     }
 }
 
-/// What the caller asked of the run.
-#[derive(Default)]
-struct Wishes {
-    /// A [`StopReason`], 0 for none.
-    stop: AtomicU8,
-    hurry: AtomicBool,
-}
-
 struct Shared {
-    wishes: Arc<Wishes>,
+    /// The [`StopReason`]s that were given so far, one bit each.
+    stop: Arc<AtomicU8>,
     thousandths: AtomicU32,
     observer: Box<dyn Observer>,
 }
@@ -167,8 +171,8 @@ struct Shared {
 pub struct RunContext {
     shared: Arc<Shared>,
     seed: u64,
-    /// Whether a hurry stops it.
-    unhurried: bool,
+    /// The [`StopReason`]s that stop this part of the run, one bit each.
+    heeds: u8,
 }
 
 impl Debug for RunContext {
@@ -180,30 +184,29 @@ impl Debug for RunContext {
 impl RunContext {
     /// A run with this seed that reports to this observer.
     pub fn new(seed: u64, observer: impl Observer + 'static) -> Self {
-        Self::with(Arc::default(), seed, Box::new(observer))
+        Self::with(Arc::default(), seed, StopReason::USUAL, Box::new(observer))
     }
 
-    fn with(wishes: Arc<Wishes>, seed: u64, observer: Box<dyn Observer>) -> Self {
-        let shared = Shared { wishes, thousandths: AtomicU32::new(0), observer };
-        Self { shared: Arc::new(shared), seed, unhurried: false }
+    fn with(stop: Arc<AtomicU8>, seed: u64, heeds: u8, observer: Box<dyn Observer>) -> Self {
+        let shared = Shared { stop, thousandths: AtomicU32::new(0), observer };
+        Self { shared: Arc::new(shared), seed, heeds }
     }
 
     /// The same run, with this seed, heard by one more observer. Whoever stops one of the two contexts stops both.
     pub fn also(&self, seed: u64, observer: impl Observer + 'static) -> Self {
         let both = Both { first: self.clone(), second: Box::new(observer) };
-        Self { unhurried: self.unhurried, ..Self::with(self.shared.wishes.clone(), seed, Box::new(both)) }
+        Self::with(Arc::clone(&self.shared.stop), seed, self.heeds, Box::new(both))
     }
 
-    /// The last steps of the same run: heard by the same observers, but not stopped by what stopped it so far. For
-    /// what is done with a result that a deadline cut short.
-    pub fn unstopped(&self) -> Self {
-        let both = Both { first: self.clone(), second: Box::new(Silent) };
-        Self::with(Arc::default(), self.seed, Box::new(both))
+    /// The last steps of the same run, which finish a result that is there: the deadline does not stop them, everything
+    /// else does.
+    pub fn late(&self) -> Self {
+        Self { heeds: StopReason::OF_LATE_STEPS, ..self.clone() }
     }
 
     /// The part of the same run that is stopped by a hurry, too.
     pub fn unhurried(&self) -> Self {
-        Self { unhurried: true, ..self.clone() }
+        Self { heeds: self.heeds | StopReason::Hurry as u8, ..self.clone() }
     }
 
     /// A run that nobody watches, with seed 0.
@@ -216,30 +219,18 @@ impl RunContext {
         self.seed
     }
 
-    /// Asks the run to stop at its next check. Only the first reason counts.
+    /// Asks the run to stop at its next check.
     pub fn stop(&self, reason: StopReason) {
-        let _ = self.shared.wishes.stop.compare_exchange(0, reason as u8, Ordering::AcqRel, Ordering::Acquire);
+        self.shared.stop.fetch_or(reason as u8, Ordering::AcqRel);
     }
 
-    /// Says that the deadline is near.
-    pub fn hurry(&self) {
-        self.shared.wishes.hurry.store(true, Ordering::Release);
-    }
-
-    /// Whether the deadline is near.
-    pub fn is_hurried(&self) -> bool {
-        self.shared.wishes.hurry.load(Ordering::Acquire)
-    }
-
-    /// The reason why the run was asked to stop, if it was.
+    /// The reason why this part of the run is to stop, if it is.
     pub fn stopped(&self) -> Option<StopReason> {
-        match self.shared.wishes.stop.load(Ordering::Acquire) {
-            1 => Some(StopReason::Client),
-            2 => Some(StopReason::Deadline),
-            3 => Some(StopReason::Shutdown),
-            4 => Some(StopReason::Hurry),
-            _ => (self.unhurried && self.is_hurried()).then_some(StopReason::Hurry),
+        let given = self.shared.stop.load(Ordering::Acquire) & self.heeds;
+        if given == 0 {
+            return None;
         }
+        StopReason::ALL.into_iter().find(|&reason| given & reason as u8 != 0)
     }
 
     /// Fails if the run was asked to stop. Every loop that can exceed about 10 ms calls this.
@@ -270,13 +261,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_stop_reason_wins() {
+    fn a_client_is_heard_after_the_deadline_too() {
         let ctx = RunContext::silent();
         assert_eq!(ctx.check(), Ok(()));
         ctx.stop(StopReason::Deadline);
-        ctx.stop(StopReason::Client);
         assert_eq!(ctx.check(), Err(Cancelled(StopReason::Deadline)));
         assert!(ctx.stage(Stage::Field, || Ok::<_, Cancelled>(())).is_err());
+        let late = ctx.late();
+        assert_eq!(late.check(), Ok(()));
+        ctx.stop(StopReason::Overtime);
+        assert_eq!(late.check(), Err(Cancelled(StopReason::Overtime)));
+        ctx.stop(StopReason::Client);
+        assert_eq!((ctx.stopped(), late.stopped()), (Some(StopReason::Client), Some(StopReason::Client)));
     }
 
     #[test]
@@ -304,7 +300,7 @@ mod tests {
         assert_eq!(inner.seed(), 2);
         outer.stop(StopReason::Deadline);
         assert_eq!(inner.check(), Err(Cancelled(StopReason::Deadline)));
-        assert_eq!(inner.unstopped().check(), Ok(()));
+        assert_eq!(inner.late().check(), Ok(()));
     }
 
     #[test]
@@ -312,9 +308,9 @@ mod tests {
         let ctx = RunContext::silent();
         let part = ctx.unhurried().also(0, Silent);
         assert_eq!(part.check(), Ok(()));
-        ctx.hurry();
+        ctx.stop(StopReason::Hurry);
         assert_eq!((ctx.check(), part.check()), (Ok(()), Err(Cancelled(StopReason::Hurry))));
-        assert!(part.is_hurried() && !part.unstopped().is_hurried());
+        assert_eq!(part.late().check(), Ok(()));
         ctx.stop(StopReason::Client);
         assert_eq!(part.check(), Err(Cancelled(StopReason::Client)));
     }

@@ -12,8 +12,9 @@ use crate::service::cli::spec_flags::SpecFlags;
 use crate::service::cli::{Failure, interrupt};
 use crate::service::config::Config;
 use crate::service::formats::{Format, QuadFormat, read_quads};
-use crate::service::run::{Input, check_quads, engine_pool, read_limits};
-use crate::service::wire::Problem;
+use crate::service::jobs::EnginePool;
+use crate::service::run::{Input, check_quads, read_limits};
+use crate::service::wire::{Problem, ReportBody};
 
 /// Arguments of `check`.
 #[derive(Debug, Args)]
@@ -31,6 +32,9 @@ pub(super) struct CheckArgs {
     /// Threads of the engine; 0: all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
+    /// Report of the run that made the quads: it says which features were given up
+    #[arg(long, value_name = "F")]
+    report: Option<PathBuf>,
     #[command(flatten)]
     spec: SpecFlags,
 }
@@ -52,15 +56,26 @@ pub(super) fn run(args: CheckArgs) -> Result<(), Failure> {
         spec.target = Target::Quads((quads.quads.len() as u64).max(1));
     }
 
-    let pool = engine_pool(args.threads)?;
+    let findings = match &args.report {
+        Some(path) => Some(read_report(path, limits.upload_bytes)?.findings()),
+        None => None,
+    };
     let context = RunContext::silent();
     let stop = context.clone();
     let runtime = interrupt::runtime()?;
     runtime.spawn(interrupt::on_signal(move || stop.stop(StopReason::Client)));
-    let input = Input { bytes: &mesh, format: from, limits: read_limits(&limits) };
-    let certificate = pool.install(|| check_quads(&context, &input, &quads, &spec))?;
+    let run = context.clone();
+    let certificate = runtime.block_on(EnginePool::new(args.threads).run(&context, move || {
+        let input = Input { bytes: &mesh, format: from, limits: read_limits(&limits) };
+        check_quads(&run, &input, &quads, &spec, findings.as_ref())
+    }))?;
     let mut outputs = Outputs::default();
     outputs.add("-".as_ref(), report_json(&certificate)?)?;
     outputs.publish()?;
     if certificate.certified { Ok(()) } else { Err(Failure::NotCertified) }
+}
+
+fn read_report(path: &std::path::Path, limit: u64) -> Result<ReportBody, Failure> {
+    serde_json::from_slice(&files::read(path, limit)?)
+        .map_err(|error| Failure::Usage(format!("{} is no report of this version: {error}", path.display())))
 }

@@ -12,7 +12,8 @@ use crate::service::cli::spec_flags::SpecFlags;
 use crate::service::cli::{Failure, interrupt};
 use crate::service::config::Config;
 use crate::service::formats::{Format, MapFormat, QuadFormat};
-use crate::service::run::{Input, Products, Wanted, engine_pool, execute, read_limits};
+use crate::service::jobs::EnginePool;
+use crate::service::run::{Input, Products, Wanted, execute, read_limits};
 
 /// Arguments of `remesh`.
 #[derive(Debug, Args)]
@@ -95,7 +96,6 @@ pub(super) fn run(args: RemeshArgs) -> Result<(), Failure> {
     let resolved = args.spec.resolve()?;
     let limits = Config::defaults().limits;
     let bytes = files::read(&args.input, limits.upload_bytes)?;
-    let pool = engine_pool(args.threads)?;
 
     let context = RunContext::new(resolved.spec.seed, args.progress.observer());
     let stop = context.clone();
@@ -106,15 +106,21 @@ pub(super) fn run(args: RemeshArgs) -> Result<(), Failure> {
         map: plan.map.iter().map(|(_, format)| *format).collect(),
         preview: args.preview.as_ref().map(|_| args.preview_size),
     };
-    let input = Input { bytes: &bytes, format: plan.from, limits: read_limits(&limits) };
     let deadline = Duration::from_secs_f64(resolved.options.deadline_s);
-    let outcome = pool.install(|| execute(&context, &input, &resolved.spec, &wanted, deadline));
+    let (run, from) = (context.clone(), plan.from);
+    let outcome = runtime.block_on(EnginePool::new(args.threads).run(&context, move || {
+        let input = Input { bytes: &bytes, format: from, limits: read_limits(&limits) };
+        execute(&run, &input, &resolved.spec, &wanted, deadline)
+    }));
     signals.abort();
     // The bar lives as long as the last handle: it must be gone before anything else is printed.
     drop((context, runtime));
     match outcome {
         Ok(products) => {
             let summary = summary(&products, start.elapsed());
+            for warning in products.report.warnings.iter().filter(|_| args.progress != ProgressMode::None) {
+                eprintln!("warning: {warning}");
+            }
             save(&args, plan, products)?;
             if args.progress != ProgressMode::None {
                 eprintln!("quadrille: {summary}");

@@ -1,6 +1,7 @@
 //! What a file says: polygons for the engine, and what they refer to by number.
 
 use crate::engine::mesh::TriangleSoup;
+use crate::engine::run::Warning;
 
 /// Characters of a name that are kept.
 const LONGEST_NAME: usize = 256;
@@ -13,7 +14,7 @@ pub struct Model {
     /// What the polygons' objects and joints are.
     pub scene: Scene,
     /// What the file holds and quads cannot carry.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// What the numbers of objects and joints stand for. The engine knows the numbers only.

@@ -1,11 +1,22 @@
 //! The threads of the engine. tokio's threads never compute; these never wait for the network or the disk.
 
 use std::panic::AssertUnwindSafe;
+use std::time::Duration;
 
 use rayon::ThreadPoolBuilder;
 use tokio::sync::oneshot;
+use tokio::time::{Instant, sleep};
 
+use crate::engine::run::{RunContext, StopReason};
 use crate::service::wire::Problem;
+
+/// Stack of an engine thread: recursive algorithms of libraries must not end the process.
+const STACK_BYTES: usize = 16 << 20;
+/// How long a run that was told to stop may take to notice. Few steps cannot look at their context (a factorisation, a
+/// reader); the run is over for its client then, and its threads end by themselves.
+const PATIENCE: Duration = Duration::from_millis(300);
+/// Between two looks at whether a run was told to stop.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Pools of a fixed number of threads. Every run has a pool of its own: in a shared one, a thread that waits inside a
 /// parallel loop of one run may pick up the whole of another run and not come back for minutes, deaf to cancellation.
@@ -15,31 +26,54 @@ pub struct EnginePool {
 }
 
 impl EnginePool {
-    /// Runs get `threads` threads each.
+    /// Runs get `threads` threads each; 0 are all cores.
     pub fn new(threads: usize) -> Self {
-        Self { threads: threads.max(1) }
+        Self { threads }
     }
 
-    /// Runs `work` on a pool. A panic is a bug of ours for this one call.
+    /// Does the work of one run on a pool. A panic is a bug of ours for this one call. A run that was stopped for good
+    /// (not by its deadline alone) ends within [`PATIENCE`], whether its work has noticed or not.
     pub async fn run<T: Send + 'static>(
         self,
+        context: &RunContext,
         work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
     ) -> Result<T, Problem> {
         let pool = ThreadPoolBuilder::new()
             .num_threads(self.threads)
             .thread_name(|n| format!("engine-{n}"))
-            .stack_size(16 << 20)
+            .stack_size(STACK_BYTES)
             .build()
             .map_err(|error| {
                 tracing::error!(%error, "the engine's threads cannot be started");
                 Problem::internal()
             })?;
         let (tell, told) = oneshot::channel();
-        let span = tracing::Span::current();
+        let (span, late) = (tracing::Span::current(), context.late());
         pool.spawn(move || {
             let _ = tell.send(span.in_scope(|| guarded(work)));
         });
-        told.await.unwrap_or_else(|_| Err(Problem::internal()))
+        tokio::select! {
+            biased;
+            done = told => done.unwrap_or_else(|_| Err(Problem::internal())),
+            reason = stopped_long_ago(&late) => {
+                tracing::warn!(?reason, "the engine has not noticed that it was stopped; its threads are left to end");
+                Err(Problem::stopped(reason))
+            }
+        }
+    }
+}
+
+/// Resolves when a run was told to stop and [`PATIENCE`] has passed since.
+async fn stopped_long_ago(context: &RunContext) -> StopReason {
+    let mut since: Option<(Instant, StopReason)> = None;
+    loop {
+        sleep(LOOK).await;
+        if let Some(reason) = context.stopped() {
+            let (start, first) = *since.get_or_insert((Instant::now(), reason));
+            if start.elapsed() >= PATIENCE {
+                return first;
+            }
+        }
     }
 }
 
@@ -70,10 +104,37 @@ mod tests {
 
     #[tokio::test]
     async fn a_panic_is_a_problem_of_one_call_only() {
-        let pool = EnginePool::new(2);
-        let failed = pool.run(|| -> Result<(), Problem> { panic!("on purpose") }).await;
+        let (pool, ctx) = (EnginePool::new(2), RunContext::silent());
+        let failed = pool.run(&ctx, || -> Result<(), Problem> { panic!("on purpose") }).await;
         assert_eq!(failed.unwrap_err().kind, ProblemKind::Internal);
-        assert_eq!(pool.run(|| Ok(rayon::current_num_threads())).await, Ok(2));
+        assert_eq!(pool.run(&ctx, || Ok(rayon::current_num_threads())).await, Ok(2));
         assert!(beside(|| -> Result<(), Problem> { panic!("on purpose") }).await.is_err());
+    }
+
+    #[tokio::test]
+    async fn a_deaf_run_is_over_for_its_client() {
+        let (end, ended) = std::sync::mpsc::channel::<()>();
+        for (reason, kind) in [
+            (StopReason::Client, ProblemKind::Cancelled),
+            (StopReason::Shutdown, ProblemKind::ShuttingDown),
+            (StopReason::Overtime, ProblemKind::DeadlineExceeded),
+        ] {
+            let ctx = RunContext::silent();
+            let (end_of_work, wait) = std::sync::mpsc::channel::<()>();
+            ctx.stop(reason);
+            let start = Instant::now();
+            let stopped = EnginePool::new(1).run(&ctx, move || Ok(wait.recv().is_ok())).await;
+            assert_eq!(stopped.unwrap_err().kind, kind);
+            assert!(start.elapsed() < Duration::from_secs(5));
+            drop(end_of_work);
+        }
+        // The deadline alone leaves time to finish what is there.
+        let ctx = RunContext::silent();
+        ctx.stop(StopReason::Deadline);
+        std::thread::spawn(move || {
+            std::thread::sleep(2 * PATIENCE);
+            drop(end);
+        });
+        assert_eq!(EnginePool::new(1).run(&ctx, move || Ok(ended.recv().is_err())).await, Ok(true));
     }
 }

@@ -100,7 +100,8 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         let books = tokio::spawn(books.keep(said, done));
 
         let driver = Arc::clone(&self.driver);
-        let made = self.pool.run(move || driver.run(&context, &input, &spec)).await;
+        let run = context.clone();
+        let made = self.pool.run(&context, move || driver.run(&run, &input, &spec)).await;
 
         drop(over);
         let _ = books.await;

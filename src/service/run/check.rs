@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::engine::pipeline::{RemeshSpec, check};
+use crate::engine::pipeline::{RemeshSpec, RunFindings, check};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage};
 use crate::service::formats::read_soup;
@@ -34,7 +34,8 @@ pub struct CertificateBody {
     pub quads: QuadsBody,
 }
 
-/// Certifies `quads` against the surface of `input`, conditioned and with features as `spec` says.
+/// Certifies `quads` against the surface of `input`, conditioned and with features as `spec` says, and with what the
+/// report of the run that made them found.
 ///
 /// # Errors
 /// The problem why the input cannot be used, with its stage.
@@ -43,12 +44,13 @@ pub fn check_quads(
     input: &Input<'_>,
     quads: &QuadMesh,
     spec: &RemeshSpec,
+    findings: Option<&RunFindings>,
 ) -> Result<CertificateBody, Problem> {
     let soup = ctx.stage(Stage::Read, || {
         read_soup(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
     })?;
-    let certificate =
-        check(ctx, &soup, quads, spec).map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
+    let certificate = check(ctx, &soup, quads, spec, findings)
+        .map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
     let failed = certificate.violations.iter().map(|violation| FailedCheck {
         message: violation.to_string(),
         count: violation.count,

@@ -7,7 +7,7 @@ use crate::engine::certify::certify;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::pipeline::{Outcome, RemeshSpec, remesh};
 use crate::engine::quad::QuadMesh;
-use crate::engine::run::{RunContext, Stage, StopReason};
+use crate::engine::run::{RunContext, Stage, StopReason, Warning, WarningKind};
 use crate::service::config::LimitsConfig;
 use crate::service::formats::{
     Format, MapFormat, MapView, Model, QuadFormat, ReadLimits, Scene, read_model, read_quads, write_map, write_model,
@@ -16,10 +16,7 @@ use crate::service::preview::preview_png;
 use crate::service::run::deadline::Deadline;
 use crate::service::run::memory::peak_bytes;
 use crate::service::run::stage_clock::StageClock;
-use crate::service::wire::{Problem, ProblemKind, ReportBody, problem_of_fault};
-
-/// Stack of an engine thread: recursive algorithms of libraries must not end the process.
-const STACK_BYTES: usize = 16 << 20;
+use crate::service::wire::{Problem, ProblemKind, ReportBody, WarningBody, problem_of_fault};
 
 /// An upload.
 #[derive(Clone, Copy, Debug)]
@@ -66,15 +63,6 @@ pub fn read_limits(limits: &LimitsConfig) -> ReadLimits {
     }
 }
 
-/// Threads for the engine; 0 are all cores.
-pub fn engine_pool(threads: usize) -> Result<rayon::ThreadPool, Problem> {
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
-    builder.thread_name(|n| format!("engine-{n}")).build().map_err(|error| {
-        tracing::error!(%error, "the engine's threads cannot be started");
-        Problem::internal()
-    })
-}
-
 /// One run; blocks, so call it on a thread of the engine's pool. The context may be stopped from outside at any time;
 /// this function stops it at the deadline. Panics become problems.
 ///
@@ -117,10 +105,7 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted
     if let Some(reason @ (StopReason::Client | StopReason::Shutdown)) = ctx.stopped() {
         return Err(Problem::stopped(reason));
     }
-    let ctx = &ctx.unstopped();
-    if !outcome.report.certified {
-        return Err(not_certified(&outcome.report.warnings.join("; ")));
-    }
+    let ctx = &ctx.late();
     ctx.stage(Stage::Write, || write(ctx, outcome, &scene, wanted))
 }
 
@@ -148,7 +133,8 @@ fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted) -> 
             return Err(not_certified(&why.join("; ")));
         }
         let name = format.extension();
-        report.warnings.push(format!("the {name} file does not hold these quads and is left out: {}", why.join("; ")));
+        let kind = WarningKind::FormatLeftOut { format: name.to_owned(), cause: why.join("; ") };
+        report.warnings.push(WarningBody::from(&Warning::from(kind)));
     }
     let map = outcome.map.as_ref().map(|map| MapView {
         positions: &map.positions,

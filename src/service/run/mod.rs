@@ -12,4 +12,4 @@ mod stage_clock;
 
 pub use check::{CertificateBody, check_quads};
 pub use driver::EngineDriver;
-pub use execute::{Input, Products, Wanted, engine_pool, execute, read_limits};
+pub use execute::{Input, Products, Wanted, execute, read_limits};

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::service::wire::{LevelName, ProblemBody, RemeshRequest, ReportBody};
+use crate::service::wire::warning::code_schema;
+use crate::service::wire::{LevelName, ProblemBody, RemeshRequest, ReportBody, WarningBody};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -62,7 +63,7 @@ pub struct InputBody {
     pub components: Option<u64>,
 }
 
-/// The result in five numbers.
+/// The result in a few numbers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct ResultBody {
     /// Quads.
@@ -75,6 +76,14 @@ pub struct ResultBody {
     pub certified: bool,
     /// The worst level of the components.
     pub level: LevelName,
+    /// Codes of the warnings, each once; the report has the rest.
+    #[serde(default)]
+    #[schema(schema_with = codes_schema)]
+    pub warnings: Vec<String>,
+}
+
+fn codes_schema() -> utoipa::openapi::schema::Array {
+    utoipa::openapi::schema::ArrayBuilder::new().items(code_schema()).build()
 }
 
 impl From<&ReportBody> for ResultBody {
@@ -85,8 +94,14 @@ impl From<&ReportBody> for ResultBody {
             irregular_vertices: report.quads.irregular_interior as u64,
             certified: report.certified,
             level: report.level,
+            warnings: codes(&report.warnings),
         }
     }
+}
+
+fn codes(warnings: &[WarningBody]) -> Vec<String> {
+    let codes: std::collections::BTreeSet<&String> = warnings.iter().map(|warning| &warning.code).collect();
+    codes.into_iter().cloned().collect()
 }
 
 /// Where to go from here.

@@ -10,13 +10,18 @@ mod problem;
 mod report;
 mod spec;
 mod spec_types;
+mod warning;
 
 pub(in crate::service) use fields::Fields;
 pub use job::{InputBody, JobBody, JobList, JobStatus, ResultBody, Urls};
 pub use problem::{Problem, ProblemBody, ProblemKind, Violation, problem_of_fault};
-pub use report::{InputReportBody, LevelName, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody, Spread};
+pub use report::{
+    FeaturesReportBody, InputReportBody, LevelName, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody,
+    Spread,
+};
 pub use spec::{JobOptions, RemeshRequest, ResolvedSpec};
 pub use spec_types::{
     AlignName, AttributeName, BoundaryName, FeaturesBody, MethodName, NonOrientable, OptimiseName, OutputName,
     SymmetryAxis, TargetBody, WorkingMeshName,
 };
+pub use warning::WarningBody;

@@ -1,10 +1,12 @@
 //! The report as JSON (contract.md, section 4).
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use crate::engine::pipeline::{InputReport, Level, MapReport, QuadReport, Report};
+use crate::engine::pipeline::{FeatureReport, InputReport, Level, MapReport, QuadReport, Report, RunFindings};
+use crate::service::wire::{SymmetryAxis, WarningBody};
 
 /// Where quads came from: L0 field and map, L1 seamless map, L2 layout, L3 quad-dominant remesh, L4 split triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
@@ -52,6 +54,12 @@ pub struct ReportBody {
     pub component_levels: Vec<LevelName>,
     /// The conditioned input.
     pub input: InputReportBody,
+    /// Length of the quad edges asked for, in model units.
+    pub edge_length: f64,
+    /// What became of its sharp edges.
+    pub features: FeaturesReportBody,
+    /// Axes across which the quads are their own mirror image, as asked for.
+    pub symmetry: Vec<SymmetryAxis>,
     /// The quads.
     pub quads: QuadsBody,
     /// The parameterisation, where one was made.
@@ -61,8 +69,10 @@ pub struct ReportBody {
     pub timings_ms: Map<String, Value>,
     /// Largest resident size of the process so far; 0 where the system does not say.
     pub peak_memory_bytes: u64,
-    /// Soft troubles, for people.
-    pub warnings: Vec<String>,
+    /// Whether the deadline cut the run short: an equal request may then end otherwise.
+    pub cut_by_deadline: bool,
+    /// Soft troubles.
+    pub warnings: Vec<WarningBody>,
 }
 
 /// The input after conditioning.
@@ -83,6 +93,27 @@ pub struct InputReportBody {
     /// Counter per kind of repair; only what happened.
     #[schema(value_type = std::collections::BTreeMap<String, u64>)]
     pub repairs: Map<String, Value>,
+}
+
+/// Sharp edges of the input: above the feature angle, between materials, or asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FeaturesReportBody {
+    /// Edges found.
+    pub detected: usize,
+    /// Edges that are chains of quad edges.
+    pub kept: usize,
+    /// Edges that are not: noise, or detail below the size of the quads.
+    pub dropped: usize,
+    /// Middles, in model units, of the dropped edges that the certificate would ask for if the run had not given them
+    /// up: `quadrille check --report` reads them.
+    pub given_up: Vec<[f64; 3]>,
+}
+
+impl From<&FeatureReport> for FeaturesReportBody {
+    fn from(features: &FeatureReport) -> Self {
+        let FeatureReport { detected, kept, dropped, .. } = *features;
+        Self { detected, kept, dropped, given_up: features.given_up.iter().map(|p| p.to_array()).collect() }
+    }
 }
 
 /// Minimum and mean over quads of the minimum scaled Jacobian of the corners.
@@ -190,6 +221,15 @@ pub struct BranchSearchBody {
 }
 
 impl ReportBody {
+    /// What the certificate has to know of the run to judge its quads once more.
+    pub fn findings(&self) -> RunFindings {
+        RunFindings {
+            edge_length: self.edge_length,
+            symmetry: self.symmetry.iter().map(|&axis| axis as usize).collect(),
+            given_up: self.features.given_up.iter().copied().map(DVec3::from_array).collect(),
+        }
+    }
+
     /// The report of the engine; timings and memory are not known yet.
     pub fn of(report: &Report) -> Self {
         Self {
@@ -199,11 +239,15 @@ impl ReportBody {
             level: report.level.into(),
             component_levels: report.component_levels.iter().map(|&level| level.into()).collect(),
             input: (&report.input).into(),
+            edge_length: report.edge_length,
+            features: (&report.features).into(),
+            symmetry: report.symmetry.iter().filter_map(|&axis| SymmetryAxis::of_index(axis)).collect(),
             quads: (&report.quads).into(),
             map: report.map.as_ref().map(MapBody::from),
             timings_ms: Map::new(),
             peak_memory_bytes: 0,
-            warnings: report.warnings.clone(),
+            cut_by_deadline: report.cut_by_deadline,
+            warnings: report.warnings.iter().map(WarningBody::from).collect(),
         }
     }
 
@@ -299,6 +343,10 @@ mod tests {
             input,
             quads: QuadReport { valences: vec![(3, 8), (10, 1)], ..QuadReport::default() },
             map: Some(MapReport { branch_search: Some(Default::default()), ..MapReport::default() }),
+            cut_by_deadline: false,
+            edge_length: 0.5,
+            features: FeatureReport::default(),
+            symmetry: vec![2],
             warnings: vec![],
         };
         let mut body = ReportBody::of(&report);
@@ -306,6 +354,7 @@ mod tests {
         let json = serde_json::to_value(&body).unwrap();
         assert_eq!(json["level"], "L3");
         assert_eq!(json["input"]["repairs"]["welded"], 3);
+        assert_eq!(json["symmetry"], serde_json::json!(["z"]));
         assert_eq!(json["quads"]["valences"]["10"], 1);
         assert_eq!(json["quads"]["scaled_jacobian"]["min"], 0.0);
         assert_eq!(json["timings_ms"].as_object().unwrap().keys().collect::<Vec<_>>(), ["read", "field", "total"]);

@@ -114,6 +114,13 @@ pub enum SymmetryAxis {
     Z,
 }
 
+impl SymmetryAxis {
+    /// The axis of a number as the engine has it, 0 to 2.
+    pub fn of_index(index: usize) -> Option<Self> {
+        [SymmetryAxis::X, SymmetryAxis::Y, SymmetryAxis::Z].get(index).copied()
+    }
+}
+
 /// Kind of the resulting mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]

@@ -19,11 +19,13 @@ use crate::engine::mesh::condition::orient::orient;
 use crate::engine::mesh::condition::pairing::Pairing;
 use crate::engine::mesh::condition::pairing::pair_sides;
 use crate::engine::mesh::condition::patches::senses;
+use crate::engine::mesh::condition::shells::shells_upon_others;
+use crate::engine::mesh::condition::t_vertices::join_t_vertices;
 use crate::engine::mesh::condition::tally::Tally;
 use crate::engine::mesh::condition::triangulate::Triangles;
 use crate::engine::mesh::condition::triangulate::triangulate;
 use crate::engine::mesh::condition::weld::weld;
-use crate::engine::run::RunContext;
+use crate::engine::run::{RunContext, Warning, WarningKind};
 
 /// Extents that leave room for products of six lengths.
 const EXTENTS: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
@@ -60,7 +62,14 @@ pub fn condition(
     if triangles.corners.is_empty() {
         return Err(ConditionError::ZeroArea { polygons });
     }
+    join_t_vertices(ctx, &mut triangles, &positions, frame.diagonal, &mut tally)?;
     let mut partner = join_faces(ctx, &mut triangles, &positions, &mut tally)?;
+    let (dropped, shells) = shells_upon_others(&triangles.corners, &partner, &positions);
+    if shells > 0 {
+        tally.add("duplicate_shells_dropped", shells);
+        triangles.retain(|f| !dropped[f]);
+        partner = join_faces(ctx, &mut triangles, &positions, &mut tally)?;
+    }
     open_one_sided(&triangles, &mut partner, options, &mut tally)?;
     let is_inside_out = orient(ctx, &mut triangles.corners, &mut partner, &positions, &mut tally)?;
     ctx.check()?;
@@ -85,8 +94,7 @@ pub fn condition(
     }
     let mut conditioned = finish(soup, draft, frame.scale, tally)?;
     if is_inside_out {
-        let warning = "the model is inside out as it was given, and so are its quads";
-        conditioned.warnings.push(warning.to_owned());
+        conditioned.warnings.push(WarningKind::InsideOut {}.into());
     }
     Ok(conditioned)
 }
@@ -197,14 +205,15 @@ fn finish(soup: &TriangleSoup, draft: Draft, scale: f64, mut tally: Tally) -> Re
     Ok(Conditioned { mesh, polygon: draft.polygon, origin: draft.origin, repairs, warnings })
 }
 
-/// The repairs that change what the surface is, in words.
-fn warnings(repairs: &[(&'static str, usize)]) -> Vec<String> {
-    let text = |&(name, n): &(&'static str, usize)| match name {
-        "not_finite_faces_dropped" => Some(format!("{n} faces with corners that are not finite were left out")),
-        "non_manifold_edges_cut" => Some(format!("{n} edges with more than two faces were cut apart")),
-        "non_orientable_edges_cut" => Some(format!("one-sided surfaces were cut open along {n} edges")),
-        "components_without_area_dropped" => Some(format!("{n} components without area were left out")),
+/// The repairs that change what the surface is.
+fn warnings(repairs: &[(&'static str, usize)]) -> Vec<Warning> {
+    let kind = |&(name, n): &(&'static str, usize)| match name {
+        "not_finite_faces_dropped" => Some(WarningKind::FacesDropped { faces: n }),
+        "non_manifold_edges_cut" => Some(WarningKind::NonManifoldCut { edges: n }),
+        "non_orientable_edges_cut" => Some(WarningKind::NonOrientableCut { edges: n }),
+        "duplicate_shells_dropped" => Some(WarningKind::DuplicateShell { shells: n }),
+        "components_without_area_dropped" => Some(WarningKind::ComponentDropped { components: n }),
         _ => None,
     };
-    repairs.iter().filter_map(text).collect()
+    repairs.iter().filter_map(kind).map(Warning::from).collect()
 }

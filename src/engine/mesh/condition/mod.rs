@@ -1,6 +1,6 @@
 //! Input conditioning: from the polygons of a file to an oriented 2-manifold without degenerate triangles.
 //!
-//! triangulate → weld → pair the sides of edges → one vertex per fan → orient → mend degenerate triangles. Every step
+//! triangulate → weld → split at T vertices → pair the sides of edges → drop equal shells → one vertex per fan → orient → mend degenerate triangles. Every step
 //! keeps the order of what it leaves alone, so that clean input comes back as it was; every repair is counted; no
 //! hole is filled. All lengths are compared with the size of the model or component, so results do not depend on units.
 
@@ -15,6 +15,8 @@ mod fans;
 mod orient;
 mod pairing;
 mod patches;
+mod shells;
+mod t_vertices;
 mod tally;
 #[cfg(test)]
 mod tests;

@@ -64,12 +64,39 @@ const MOST_DETAIL: f64 = 0.15;
 /// Largest mesh in which it is looked for.
 const MOST_FACES_DETAILED: usize = 200_000;
 
-/// As [`detect_features`], with the detail of constructed shapes that quads of the size behind `min_length` cannot show:
-/// the vertices where smaller quads are needed, sorted. O(F log F).
+/// Features with what is known of those that were left out.
+#[derive(Clone, Debug, Default)]
+pub struct Detected {
+    /// The feature network.
+    pub features: Features,
+    /// Vertices at detail of a constructed shape that quads of the size behind `min_length` cannot show: smaller quads are
+    /// needed there. Sorted.
+    pub detail: Vec<u32>,
+    /// Edges above the feature angle that are no features, as (lower, higher) vertex, sorted: noise, or detail.
+    pub dropped: Vec<[u32; 2]>,
+}
+
+/// As [`detect_features`], with the detail of constructed shapes and the sharp edges that were left out. O(F log F).
 pub fn detect_features_and_detail(
     conditioned: &Conditioned,
     soup: &TriangleSoup,
     options: &FeatureOptions,
+) -> Detected {
+    let mut sharp = Network::new(&conditioned.mesh);
+    if options.angle_degrees < 180.0 {
+        sharp.mark_sharp(options.angle_degrees.to_radians());
+    }
+    let sharp = sharp.edges();
+    let (features, detail) = with_detail(conditioned, soup, options, &sharp);
+    let is_dropped = |e: &[u32; 2]| features.edges.binary_search(e).is_err();
+    Detected { dropped: sharp.into_iter().filter(is_dropped).collect(), features, detail }
+}
+
+fn with_detail(
+    conditioned: &Conditioned,
+    soup: &TriangleSoup,
+    options: &FeatureOptions,
+    sharp: &[[u32; 2]],
 ) -> (Features, Vec<u32>) {
     let mesh = &conditioned.mesh;
     let features = detect_features(conditioned, soup, options);
@@ -77,9 +104,7 @@ pub fn detect_features_and_detail(
         edges.map(|e| mesh.position(e[0]).distance(mesh.position(e[1]))).sum()
     };
     let total = lengths(&mut features.edges.iter().copied());
-    let mut sharp = Network::new(mesh);
-    sharp.mark_sharp(options.angle_degrees.to_radians());
-    let is_constructed = total >= CONSTRUCTED * lengths(&mut sharp.edges().into_iter());
+    let is_constructed = total >= CONSTRUCTED * lengths(&mut sharp.iter().copied());
     if features.edges.is_empty() || !is_constructed || mesh.n_faces() > MOST_FACES_DETAILED {
         return (features, Vec::new());
     }

@@ -14,4 +14,4 @@ mod seeds;
 mod tests;
 mod thin;
 
-pub use detect::{FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};
+pub use detect::{Detected, FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};

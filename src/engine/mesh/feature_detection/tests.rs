@@ -127,7 +127,7 @@ fn detail_of_constructed_shapes_is_kept_and_named() {
         let soup = cubes(sides);
         let surface = condition(&RunContext::silent(), &soup, &ConditionOptions::default()).unwrap();
         let plain = detect_features(&surface, &soup, &options);
-        let (features, detail) = detect_features_and_detail(&surface, &soup, &options);
+        let Detected { features, detail, .. } = detect_features_and_detail(&surface, &soup, &options);
         (plain.edges.len(), features.edges.len(), detail.iter().map(|&v| surface.mesh.position(v)).collect::<Vec<_>>())
     };
     let (plain, all, detail) = detected(&[10.0, 0.9]);

@@ -7,7 +7,7 @@ use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::symmetry::halve::{Half, halve};
 use crate::engine::pipeline::symmetry::mirror::Mirror;
 use crate::engine::pipeline::symmetry::unfold::{Unfolding, unfold_surface};
-use crate::engine::run::{Cancelled, RunContext};
+use crate::engine::run::{Cancelled, RunContext, Warning, WarningKind};
 
 /// Models whose image is further from them than this part of their diagonal are refused.
 const MOST: f64 = 0.05;
@@ -37,7 +37,7 @@ pub(in crate::engine::pipeline) fn fold(
     log_size: &[f64],
     axes: &[usize],
     min_length: f64,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Fold, RemeshError> {
     let mut part = Half { surface: whole.clone(), log_size: log_size.to_vec(), on_planes: Vec::new() };
     let mut mirrors = Vec::new();
@@ -52,11 +52,7 @@ pub(in crate::engine::pipeline) fn fold(
             )));
         }
         if away > WORTH_A_WARNING {
-            warnings.push(format!(
-                "symmetry/{name}: the side of larger {name} is mirrored; the other one differs from that by up to {:.2} % \
-                 of the diagonal",
-                100.0 * away
-            ));
+            warnings.push(WarningKind::SymmetryDeviation { percent: 100.0 * away, axis: name.to_owned() }.into());
         }
         let half = halve(&part, mirror, min_length)
             .ok_or_else(|| refused(format!("the plane {name} = {} does not cut it in two halves", mirror.at)))?;

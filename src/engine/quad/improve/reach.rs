@@ -96,7 +96,7 @@ fn far_points(ctx: &RunContext, surface: &Surface, quads: &QuadMesh, least: f64)
     let n = surface.mesh.n_vertices();
     let chosen: Vec<u32> = (0..n as u32).step_by(n.div_ceil(POINTS).max(1)).collect();
     let look = |(i, &v): (usize, &u32)| {
-        if i % 1024 == 0 {
+        if i % 32 == 0 {
             ctx.check()?;
         }
         let point = surface.mesh.position(v);

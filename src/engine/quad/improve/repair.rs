@@ -114,7 +114,7 @@ fn bad_quads(ctx: &RunContext, index: &SurfaceIndex, draft: &QuadDraft, which: B
         .par_iter()
         .enumerate()
         .map(|(q, quad)| {
-            if q % 1024 == 0 {
+            if q % 32 == 0 {
                 ctx.check()?;
             }
             Ok(which.has(index, &quad.map(|v| draft.mesh.positions[v as usize])))
@@ -159,7 +159,7 @@ impl Bad {
 /// [`Cancelled`] if the run was asked to stop.
 pub fn count_against(ctx: &RunContext, index: &SurfaceIndex, mesh: &QuadMesh) -> Result<usize, Cancelled> {
     let judge = |(q, quad): (usize, &[u32; 4])| {
-        if q % 1024 == 0 {
+        if q % 32 == 0 {
             ctx.check()?;
         }
         Ok(usize::from(is_against(index, &quad.map(|v| mesh.positions[v as usize]))))

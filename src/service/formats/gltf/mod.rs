@@ -23,6 +23,7 @@ use gltf::json::mesh::Primitive;
 use super::error::ReadError;
 use super::model::{Model, ObjectName};
 use super::soup_builder::{ReadLimits, SoupBuilder};
+use crate::engine::run::{Warning, WarningKind};
 use bind::Binder;
 use document::Document;
 use primitive::Shared;
@@ -59,13 +60,14 @@ fn name(root: &Root, instance: &Instance) -> ObjectName {
 }
 
 /// What quads do not carry, though they could be expected to.
-fn left_behind(root: &Root) -> Vec<String> {
+fn left_behind(root: &Root) -> Vec<Warning> {
     let has_targets = |p: &Primitive| p.targets.as_ref().is_some_and(|targets| !targets.is_empty());
     let has_targets = root.meshes.iter().any(|mesh| mesh.primitives.iter().any(has_targets));
     let animations = (!root.animations.is_empty()).then_some("animations are not carried to the quads");
     let targets =
         has_targets.then_some("morph targets are not carried to the quads, which have the shape without them");
-    animations.into_iter().chain(targets).map(str::to_owned).collect()
+    let lost = animations.into_iter().chain(targets).map(str::to_owned);
+    lost.map(|what| WarningKind::AttributesLost { what }.into()).collect()
 }
 
 fn malformed(place: impl Into<String>, cause: impl Into<String>) -> ReadError {
