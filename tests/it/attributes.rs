@@ -1,7 +1,7 @@
 //! What the input carries besides its shape goes the whole road to the files.
 
 use quadrille::engine::mesh::Influences;
-use quadrille::service::formats::{Format, QuadFormat, ReadLimits, read_model, read_quads, read_soup};
+use quadrille::service::formats::{Alone, Format, QuadFormat, ReadLimits, read_model, read_quads, read_soup};
 use reqwest::StatusCode;
 use serde_json::{Value, json as value};
 
@@ -153,7 +153,7 @@ async fn skins_and_names_come_out_of_the_glb() {
     let client = &server.client;
     let mut spec = value!({"target": {"quads": 600}});
     let made = files(client, "ring.glb", &rigged(), &spec).await;
-    let read = |bytes: &[u8]| read_model(bytes, Some(Format::Glb), &ReadLimits::default()).unwrap();
+    let read = |bytes: &[u8]| read_model(bytes, Some(Format::Glb), &Alone, &ReadLimits::default()).unwrap();
     let of = |files: &[(QuadFormat, Vec<u8>)], format| files.iter().find(|(f, _)| *f == format).unwrap().1.clone();
     let bytes = of(&made, QuadFormat::Glb);
     let model = read(&bytes);

@@ -6,15 +6,20 @@ use clap::Args;
 
 use crate::engine::pipeline::Target;
 use crate::engine::run::{RunContext, StopReason};
-use crate::service::cli::files::{self, Outputs};
-use crate::service::cli::remesh::{known, report_json};
+use crate::service::cli::files;
+use crate::service::cli::folder::Folder;
+use crate::service::cli::plan::{quad_format, read_format};
+use crate::service::cli::remesh::report_json;
 use crate::service::cli::spec_flags::SpecFlags;
 use crate::service::cli::{Failure, interrupt};
 use crate::service::config::Config;
-use crate::service::formats::{Format, QuadFormat, read_quads};
+use crate::service::formats::read_quads;
 use crate::service::jobs::EnginePool;
 use crate::service::run::{Input, check_quads, read_limits};
 use crate::service::wire::{Problem, ReportBody};
+
+/// Exit code for quads that the certificate refuses.
+const NOT_CERTIFIED: u8 = 4;
 
 /// Arguments of `check`.
 #[derive(Debug, Args)]
@@ -41,12 +46,8 @@ pub(super) struct CheckArgs {
 
 pub(super) fn run(args: CheckArgs) -> Result<(), Failure> {
     let mut spec = args.spec.resolve()?.spec;
-    let from = match &args.from {
-        Some(name) => Some(known(Format::from_extension(name), name, "obj, glb, gltf, ply, stl, zip")?),
-        None => files::extension(&args.input).and_then(Format::from_extension),
-    };
-    let to = args.to.as_deref().or(files::extension(&args.quads)).unwrap_or_default();
-    let to = known(QuadFormat::from_extension(to), to, "obj, glb, ply, usda")?;
+    let from = read_format(args.from.as_deref(), &args.input)?;
+    let to = quad_format(args.to.as_deref().or(files::extension(&args.quads)).unwrap_or_default())?;
     let limits = Config::defaults().limits;
     let mesh = files::read(&args.input, limits.upload_bytes)?;
     let quads = files::read(&args.quads, limits.upload_bytes)?;
@@ -64,15 +65,13 @@ pub(super) fn run(args: CheckArgs) -> Result<(), Failure> {
     let stop = context.clone();
     let runtime = interrupt::runtime()?;
     runtime.spawn(interrupt::on_signal(move || stop.stop(StopReason::Client)));
-    let run = context.clone();
+    let (run, beside) = (context.clone(), Folder::of(&args.input));
     let certificate = runtime.block_on(EnginePool::new(args.threads).run(&context, move || {
-        let input = Input { bytes: &mesh, format: from, limits: read_limits(&limits) };
+        let input = Input { bytes: &mesh, format: from, beside: &beside, limits: read_limits(&limits) };
         check_quads(&run, &input, &quads, &spec, findings.as_ref())
     }))?;
-    let mut outputs = Outputs::default();
-    outputs.add("-".as_ref(), report_json(&certificate)?)?;
-    outputs.publish()?;
-    if certificate.certified { Ok(()) } else { Err(Failure::NotCertified) }
+    files::print(report_json(&certificate)?)?;
+    if certificate.certified { Ok(()) } else { Err(Failure::Reported(NOT_CERTIFIED)) }
 }
 
 fn read_report(path: &std::path::Path, limit: u64) -> Result<ReportBody, Failure> {

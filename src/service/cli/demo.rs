@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 use crate::engine::mesh::shapes::{DEFAULT_SHAPE, sample};
 use crate::service::app::{self, Role};
-use crate::service::cli::files::Outputs;
+use crate::service::cli::files::{Existing, Outputs};
 use crate::service::cli::sample::write_obj;
 use crate::service::cli::serve::ServeArgs;
 use crate::service::cli::{Failure, interrupt};
@@ -88,7 +88,8 @@ async fn visit(base: &str, name: &str, mesh: Vec<u8>, folder: &Path) -> Result<(
         return Err(job.problem.map_or_else(|| Problem::internal().into(), |body| failure(&body)));
     }
 
-    let mut outputs = Outputs::default();
+    // The folder is the demo's own: what an earlier one left there is replaced.
+    let mut outputs = Outputs::new(Existing::Replace);
     outputs.add(&folder.join(format!("{name}.obj")), mesh)?;
     let downloads = [
         ("preview.png", job.urls.preview.clone()),

@@ -1,4 +1,4 @@
-//! The command line (contract.md, section 1): `quadrille remesh | check | sample | openapi | serve | worker | demo`.
+//! The command line (contract.md, section 1): `quadrille remesh | check | inspect | sample | serve | worker | demo | …`.
 //!
 //! Exit codes: 0 certified result; 2 usage or spec; 3 the input was refused; 4 no result within the limits; 5 deadline;
 //! 130 cancelled; 70 a bug of ours. Failures are one line on stderr.
@@ -6,12 +6,18 @@
 mod check;
 mod demo;
 mod files;
+mod folder;
+mod inspect;
 mod interrupt;
+mod packaging;
+mod places;
+mod plan;
 mod progress;
 mod remesh;
 mod sample;
 mod serve;
 mod spec_flags;
+mod talk;
 
 use std::process::ExitCode;
 
@@ -39,10 +45,16 @@ enum Command {
     Remesh(Box<remesh::RemeshArgs>),
     /// Check quads against the surface they were made for; the certificate as JSON
     Check(check::CheckArgs),
+    /// Say what a mesh file holds and what is wrong with it
+    Inspect(inspect::InspectArgs),
     /// Write one of the built-in sample surfaces
     Sample(sample::SampleArgs),
     /// Print the OpenAPI document
     Openapi,
+    /// Print a script that completes this program's arguments in a shell
+    Completions(packaging::CompletionsArgs),
+    /// Print the manual page, or write those of all commands into a folder
+    Man(packaging::ManArgs),
 }
 
 /// Why a command ends without success.
@@ -54,8 +66,8 @@ enum Failure {
     Input(String),
     /// A result that cannot be written.
     Output(String),
-    /// Quads that the certificate refuses; already reported on stdout.
-    NotCertified,
+    /// Told already; only the exit code is left.
+    Reported(u8),
     /// A problem of the run.
     Problem(Problem),
 }
@@ -71,7 +83,8 @@ impl Failure {
         match self {
             Failure::Usage(_) => 2,
             Failure::Input(_) => 3,
-            Failure::Output(_) | Failure::NotCertified => 4,
+            Failure::Output(_) => 4,
+            Failure::Reported(code) => *code,
             Failure::Problem(problem) => problem.kind.exit_code(),
         }
     }
@@ -79,9 +92,9 @@ impl Failure {
     /// One line for people.
     fn line(&self) -> Option<String> {
         match self {
-            Failure::Usage(line) | Failure::Input(line) | Failure::Output(line) => Some(line.clone()),
-            Failure::NotCertified => None,
-            Failure::Problem(problem) => Some(problem.to_string()),
+            Failure::Usage(line) | Failure::Input(line) | Failure::Output(line) => Some(line.replace('\n', " ")),
+            Failure::Reported(_) => None,
+            Failure::Problem(problem) => Some(problem.to_string().replace('\n', " ")),
         }
     }
 }
@@ -95,13 +108,16 @@ pub fn main() -> ExitCode {
         Command::Remesh(args) => remesh::run(*args),
         Command::Check(args) => check::run(args),
         Command::Sample(args) => sample::run(args),
+        Command::Inspect(args) => inspect::run(args),
         Command::Openapi => serve::openapi(),
+        Command::Completions(args) => packaging::completions(&args),
+        Command::Man(args) => packaging::man(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if let Some(line) = failure.line() {
-                eprintln!("quadrille: {}", line.replace('\n', " "));
+                eprintln!("quadrille: {line}");
             }
             ExitCode::from(failure.exit_code())
         }

@@ -1,46 +1,55 @@
-//! `quadrille remesh`: the engine on a file, without a server.
+//! `quadrille remesh`: the engine on files, without a server.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
 
 use crate::engine::run::{RunContext, StopReason};
-use crate::service::cli::files::{self, Outputs};
+use crate::service::cli::files::{self, Existing, Outputs, Overwrite};
+use crate::service::cli::folder::Folder;
+use crate::service::cli::interrupt::{CurrentRun, INTERRUPTED};
+use crate::service::cli::plan::Plan;
 use crate::service::cli::progress::ProgressMode;
 use crate::service::cli::spec_flags::SpecFlags;
+use crate::service::cli::talk::Talk;
 use crate::service::cli::{Failure, interrupt};
-use crate::service::config::Config;
-use crate::service::formats::{Format, MapFormat, QuadFormat};
+use crate::service::config::{Config, LimitsConfig};
 use crate::service::jobs::EnginePool;
 use crate::service::run::{Input, Products, Wanted, execute, read_limits};
+use crate::service::wire::{Problem, ResolvedSpec};
 
 /// Arguments of `remesh`.
 #[derive(Debug, Args)]
 pub(super) struct RemeshArgs {
-    /// Mesh to read: .obj, .glb, .gltf, .ply, .stl or .zip; - is stdin
-    input: PathBuf,
-    /// Quads to write: .obj, .glb, .ply or .usda; - is stdout
+    /// Meshes to read: .obj, .glb, .gltf with what lies beside it, .ply, .stl or .zip; - is stdin. Several are a batch
+    #[arg(required = true, value_name = "IN")]
+    pub(super) inputs: Vec<PathBuf>,
+    /// Quads to write: .obj, .glb, .ply or .usda; - is stdout. For a batch a folder, as in quads/, or a name with {stem}
+    /// for that of the input; so are the other files
     #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    pub(super) output: PathBuf,
     /// Parameterisation to write: .obj, .glb or .json
     #[arg(long, value_name = "F")]
-    parameterisation: Option<PathBuf>,
+    pub(super) parameterisation: Option<PathBuf>,
     /// Report to write, as JSON
     #[arg(long, value_name = "F")]
-    report: Option<PathBuf>,
+    pub(super) report: Option<PathBuf>,
     /// Picture of the quads to write
     #[arg(long, value_name = "F.png")]
-    preview: Option<PathBuf>,
+    pub(super) preview: Option<PathBuf>,
     /// Pixels of the picture's sides
     #[arg(long, value_name = "PIXELS", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=4096))]
     preview_size: u32,
     /// Format of the input, instead of its ending
     #[arg(long, value_name = "FORMAT")]
-    from: Option<String>,
+    pub(super) from: Option<String>,
     /// Format of the quads, instead of their ending
     #[arg(long, value_name = "FORMAT")]
-    to: Option<String>,
+    pub(super) to: Option<String>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Threads of the engine; 0: all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -48,115 +57,117 @@ pub(super) struct RemeshArgs {
     #[arg(long, value_enum, default_value_t)]
     progress: ProgressMode,
     #[command(flatten)]
+    talk: Talk,
+    #[command(flatten)]
     spec: SpecFlags,
 }
 
-/// What is read and written, judged before any work.
-struct Plan {
-    from: Option<Format>,
-    to: QuadFormat,
-    map: Option<(PathBuf, MapFormat)>,
-}
-
-impl Plan {
-    fn of(args: &RemeshArgs) -> Result<Self, Failure> {
-        let outputs = [Some(&args.output), args.parameterisation.as_ref(), args.report.as_ref(), args.preview.as_ref()];
-        let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
-        for (i, path) in outputs.iter().enumerate() {
-            files::check_writable(path)?;
-            if outputs[..i].contains(path) {
-                return Err(Failure::Usage(format!("{} is named twice", path.display())));
-            }
-        }
-        let from = match &args.from {
-            Some(name) => Some(known(Format::from_extension(name), name, "obj, glb, gltf, ply, stl, zip")?),
-            None => files::extension(&args.input).and_then(Format::from_extension),
-        };
-        let to = args.to.as_deref().or(files::extension(&args.output)).unwrap_or_default();
-        let to = known(QuadFormat::from_extension(to), to, "obj, glb, ply, usda")?;
-        let map = match &args.parameterisation {
-            None => None,
-            Some(path) => {
-                let name = files::extension(path).unwrap_or_default();
-                Some((path.clone(), known(MapFormat::from_extension(name), name, "obj, glb, json")?))
-            }
-        };
-        Ok(Self { from, to, map })
-    }
-}
-
-/// The format, or the names that are known.
-pub(super) fn known<T>(format: Option<T>, name: &str, names: &str) -> Result<T, Failure> {
-    format.ok_or_else(|| Failure::Usage(format!("{name:?} is no format known here; use one of {names}")))
-}
-
 pub(super) fn run(args: RemeshArgs) -> Result<(), Failure> {
-    let start = Instant::now();
-    let plan = Plan::of(&args)?;
-    let resolved = args.spec.resolve()?;
-    let limits = Config::defaults().limits;
-    let bytes = files::read(&args.input, limits.upload_bytes)?;
-
-    let context = RunContext::new(resolved.spec.seed, args.progress.observer());
-    let stop = context.clone();
-    let runtime = interrupt::runtime()?;
-    let signals = runtime.spawn(interrupt::on_signal(move || stop.stop(StopReason::Client)));
-    let wanted = Wanted {
-        quads: vec![plan.to],
-        map: plan.map.iter().map(|(_, format)| *format).collect(),
-        preview: args.preview.as_ref().map(|_| args.preview_size),
+    let plans = Plan::all(&args)?;
+    let existing: Vec<_> = plans.iter().map(|plan| args.overwrite.allow(plan.outputs())).collect();
+    let session = Session {
+        args: &args,
+        progress: args.talk.progress(args.progress),
+        resolved: Arc::new(args.spec.resolve()?),
+        limits: Config::defaults().limits,
+        runtime: interrupt::runtime()?,
+        current: CurrentRun::default(),
     };
-    let deadline = Duration::from_secs_f64(resolved.options.deadline_s);
-    let (run, from) = (context.clone(), plan.from);
-    let outcome = runtime.block_on(EnginePool::new(args.threads).run(&context, move || {
-        let input = Input { bytes: &bytes, format: from, limits: read_limits(&limits) };
-        execute(&run, &input, &resolved.spec, &wanted, deadline)
-    }));
-    signals.abort();
-    // The bar lives as long as the last handle: it must be gone before anything else is printed.
-    drop((context, runtime));
-    match outcome {
-        Ok(products) => {
-            let summary = summary(&products, start.elapsed());
-            for warning in products.report.warnings.iter().filter(|_| args.progress != ProgressMode::None) {
-                eprintln!("warning: {warning}");
-            }
-            save(&args, plan, products)?;
-            if args.progress != ProgressMode::None {
-                eprintln!("quadrille: {summary}");
-            }
-            Ok(())
+    let current = session.current.clone();
+    session.runtime.spawn(interrupt::on_signal(move || current.stop(StopReason::Client)));
+    let is_batch = plans.len() > 1;
+    let mut worst = 0;
+    for (plan, existing) in plans.iter().zip(existing) {
+        if session.current.is_stopped() {
+            worst = worst.max(INTERRUPTED);
+            break;
         }
-        Err(problem) => {
-            args.progress.failed(&problem.to_string());
-            Err(problem.into())
+        let outcome = existing.and_then(|existing| session.remesh(plan, existing));
+        let name = plan.input.display();
+        match outcome {
+            Ok(summary) if is_batch => args.talk.say(&format!("{name}: {}: {summary}", plan.quads.display())),
+            Ok(summary) if args.progress != ProgressMode::None => args.talk.say(&summary),
+            Ok(_) => {}
+            Err(failure) if is_batch => {
+                worst = worst.max(failure.exit_code());
+                eprintln!("quadrille: {name}: {}", failure.line().unwrap_or_default());
+            }
+            Err(failure) => return Err(failure),
         }
     }
+    if worst == 0 { Ok(()) } else { Err(Failure::Reported(worst)) }
 }
 
-/// Everything beside its place first, the quads last: who sees them can rely on the rest.
-fn save(args: &RemeshArgs, plan: Plan, products: Products) -> Result<(), Failure> {
-    let mut outputs = Outputs::default();
-    if let (Some(path), Some(png)) = (&args.preview, products.preview) {
-        outputs.add(path, png)?;
-    }
-    if let Some(path) = &args.report {
-        outputs.add(path, report_json(&products.report)?)?;
-    }
-    if let Some((path, _)) = plan.map {
-        match products.map.into_iter().next() {
-            Some((_, bytes)) => outputs.add(&path, bytes)?,
-            None => eprintln!(
-                "quadrille: no parameterisation was made: the quads are of level {}; {} is not written",
-                products.report.level.name(),
-                path.display()
-            ),
+/// What all runs of a batch have in common.
+struct Session<'a> {
+    args: &'a RemeshArgs,
+    progress: ProgressMode,
+    resolved: Arc<ResolvedSpec>,
+    limits: LimitsConfig,
+    runtime: tokio::runtime::Runtime,
+    current: CurrentRun,
+}
+
+impl Session<'_> {
+    /// Remeshes one file; gives a line for people.
+    fn remesh(&self, plan: &Plan, existing: Existing) -> Result<String, Failure> {
+        let start = Instant::now();
+        let bytes = files::read(&plan.input, self.limits.upload_bytes)?;
+        let products = self.execute(plan, bytes).inspect_err(|problem| self.progress.failed(&problem.to_string()))?;
+        for warning in &products.report.warnings {
+            self.args.talk.warn(&plan.input, &warning.to_string());
         }
+        let summary = summary(&products, start.elapsed());
+        let details = details(&products);
+        self.save(plan, existing, products)?;
+        self.args.talk.explain(&details);
+        Ok(summary)
     }
-    for (_, bytes) in products.quads {
-        outputs.add(&args.output, bytes)?;
+
+    fn execute(&self, plan: &Plan, bytes: Vec<u8>) -> Result<Products, Problem> {
+        let wanted = Wanted {
+            quads: vec![plan.to],
+            map: plan.map.iter().map(|(_, format)| *format).collect(),
+            preview: plan.preview.as_ref().map(|_| self.args.preview_size),
+        };
+        let deadline = Duration::from_secs_f64(self.resolved.options.deadline_s);
+        // The bar lives as long as the last handle of the context: it must be gone before anything else is printed.
+        let context = RunContext::new(self.resolved.spec.seed, self.progress.observer());
+        self.current.begin(&context);
+        let (run, resolved, limits) = (context.clone(), Arc::clone(&self.resolved), read_limits(&self.limits));
+        let (format, beside) = (plan.from, Folder::of(&plan.input));
+        let outcome = self.runtime.block_on(EnginePool::new(self.args.threads).run(&context, move || {
+            let input = Input { bytes: &bytes, format, beside: &beside, limits };
+            execute(&run, &input, &resolved.spec, &wanted, deadline)
+        }));
+        self.current.end();
+        outcome
     }
-    outputs.publish()
+
+    /// Everything beside its place first, the quads last: who sees them can rely on the rest.
+    fn save(&self, plan: &Plan, existing: Existing, products: Products) -> Result<(), Failure> {
+        let mut outputs = Outputs::new(existing);
+        if let (Some(path), Some(png)) = (&plan.preview, products.preview) {
+            outputs.add(path, png)?;
+        }
+        if let Some(path) = &plan.report {
+            outputs.add(path, report_json(&products.report)?)?;
+        }
+        if let Some((path, _)) = &plan.map {
+            match products.map.into_iter().next() {
+                Some((_, bytes)) => outputs.add(path, bytes)?,
+                None => {
+                    let level = products.report.level.name();
+                    let text = format!("no map was made for quads of level {level}; {} is not written", path.display());
+                    self.args.talk.warn(&plan.input, &text);
+                }
+            }
+        }
+        for (_, bytes) in products.quads {
+            outputs.add(&plan.quads, bytes)?;
+        }
+        outputs.publish()
+    }
 }
 
 /// Indented JSON with a newline at its end.
@@ -165,6 +176,29 @@ pub(super) fn report_json(report: &impl serde::Serialize) -> Result<Vec<u8>, Fai
         .map_err(|error| Failure::Output(format!("the report cannot be written as JSON: {error}")))?;
     bytes.push(b'\n');
     Ok(bytes)
+}
+
+/// What was repaired and how long everything took.
+fn details(products: &Products) -> Vec<String> {
+    let report = &products.report;
+    let pairs = |map: &serde_json::Map<String, serde_json::Value>, unit: &str| {
+        let pair = |(name, value): (&String, &serde_json::Value)| match value.as_f64() {
+            Some(number) => format!("{name} {number:.0}{unit}"),
+            None => format!("{name} {value}"),
+        };
+        map.iter().map(pair).collect::<Vec<_>>().join(", ")
+    };
+    let input = &report.input;
+    let mut lines = vec![format!(
+        "input: {} vertices, {} triangles, {} components, {} boundaries, genus {}, {} sharp edges",
+        input.vertices, input.triangles, input.components, input.boundaries, input.genus, input.feature_edges
+    )];
+    if !input.repairs.is_empty() {
+        lines.push(format!("repairs: {}", pairs(&input.repairs, "")));
+    }
+    lines.push(format!("time: {}", pairs(&report.timings_ms, " ms")));
+    lines.push(format!("memory: {} MiB at most", report.peak_memory_bytes >> 20));
+    lines
 }
 
 /// One line for people.

@@ -8,7 +8,7 @@ use clap::Args;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::shapes::{SHAPES, sample};
 use crate::service::cli::Failure;
-use crate::service::cli::files::{self, Outputs};
+use crate::service::cli::files::{self, Outputs, Overwrite};
 
 /// Most triangles that are made.
 const MAX_TRIANGLES: u64 = 4_000_000;
@@ -31,6 +31,8 @@ pub(super) struct SampleArgs {
     /// File to write, .obj or .stl; - is stdout, as OBJ
     #[arg(short, long, value_name = "F", required_unless_present = "list")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// List the surfaces
     #[arg(long)]
     list: bool,
@@ -46,9 +48,7 @@ pub(super) fn run(args: SampleArgs) -> Result<(), Failure> {
                 shape.name, shape.about, shape.genus, shape.boundaries
             );
         }
-        let mut outputs = Outputs::default();
-        outputs.add(&PathBuf::from("-"), list.into_bytes())?;
-        return outputs.publish();
+        return files::print(list.into_bytes());
     };
     if !(0.0..=1.0).contains(&args.noise) {
         return Err(Failure::Usage(format!("--noise must be from 0 to 1, not {}", args.noise)));
@@ -60,9 +60,10 @@ pub(super) fn run(args: SampleArgs) -> Result<(), Failure> {
         _ => return Err(Failure::Usage(format!("{} must end in .obj or .stl", output.display()))),
     };
     files::check_writable(output)?;
+    let existing = args.overwrite.allow([output.as_path()])?;
     let soup = sample(name, args.triangles as usize, args.noise, args.seed)
         .ok_or_else(|| Failure::Usage(format!("there is no sample {name}; --list shows all")))?;
-    let mut outputs = Outputs::default();
+    let mut outputs = Outputs::new(existing);
     outputs.add(output, write(&soup))?;
     outputs.publish()
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::service::app::{self, AppError, Role};
-use crate::service::cli::{Failure, files::Outputs, interrupt};
+use crate::service::cli::{Failure, files::print, interrupt};
 use crate::service::config::{Config, Override};
 use crate::service::{http, telemetry};
 
@@ -86,7 +86,5 @@ impl From<AppError> for Failure {
 }
 
 pub(super) fn openapi() -> Result<(), Failure> {
-    let mut outputs = Outputs::default();
-    outputs.add("-".as_ref(), http::openapi_json().into_bytes())?;
-    outputs.publish()
+    print(http::openapi_json().into_bytes())
 }

@@ -1,13 +1,14 @@
-//! Zip archives: one mesh file, or one glTF with its buffers.
+//! Zip archives: one mesh file with what lies beside it.
 
-use std::cell::RefCell;
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek, Write};
+use std::sync::{Mutex, PoisonError};
 
-use zip::ZipArchive;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
+use super::beside::Beside;
 use super::error::ReadError;
 use super::format::Format;
-use super::gltf::{self, Files};
 use super::model::Model;
 use super::read::read_single;
 use super::soup_builder::{ReadLimits, within};
@@ -31,13 +32,24 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Model, ReadError
     let (index, name, format) = main_file(&mut archive)?;
     let main = unpack(&mut archive, index, limits.max_bytes_unpacked)?;
     let limits = ReadLimits { max_bytes_unpacked: limits.max_bytes_unpacked - main.len() as u64, ..*limits };
-    match format {
-        Format::Gltf | Format::Glb => {
-            let folder = name.rfind('/').map_or("", |slash| &name[..=slash]);
-            gltf::read(&main, &Folder { archive: RefCell::new(archive), folder }, &limits)
-        }
-        _ => read_single(&main, format, &limits),
+    let folder = name.rfind('/').map_or("", |slash| &name[..=slash]);
+    read_single(&main, format, &Folder { archive: Mutex::new(archive), folder }, &limits)
+}
+
+/// Packs files that belong together, as they are, into an archive from which they are read: how a mesh and what lies
+/// beside it become one file. The same files in the same order give the same bytes.
+///
+/// # Errors
+/// What reading and writing report, and names that no entry can have.
+pub fn pack<'a, R: Read>(files: impl IntoIterator<Item = (&'a str, R)>, out: impl Write + Seek) -> std::io::Result<()> {
+    let mut writer = ZipWriter::new(out);
+    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true);
+    for (name, mut file) in files {
+        writer.start_file(name, options)?;
+        std::io::copy(&mut file, &mut writer)?;
     }
+    writer.finish()?;
+    Ok(())
 }
 
 /// Looks through all names; gives the one mesh file among them.
@@ -104,27 +116,26 @@ fn broken(place: &str, error: &zip::result::ZipError) -> ReadError {
     ReadError::malformed(ZIP, place, error.to_string())
 }
 
-/// The files beside the glTF.
+/// The files beside the main one.
+#[derive(Debug)]
 struct Folder<'a> {
-    archive: RefCell<Archive<'a>>,
+    archive: Mutex<Archive<'a>>,
     folder: &'a str,
 }
 
-impl Files for Folder<'_> {
+impl Beside for Folder<'_> {
     fn get(&self, path: &str, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
-        let mut archive = self.archive.borrow_mut();
-        let index = archive.index_for_name(&format!("{}{path}", self.folder));
+        let mut archive = self.archive.lock().unwrap_or_else(PoisonError::into_inner);
+        // Who sends files one by one often loses their folders.
+        let file = path.rsplit('/').next().unwrap_or_default();
+        let mut places = [path, file].into_iter().map(|path| format!("{}{path}", self.folder));
+        let index = places.find_map(|place| archive.index_for_name(&place));
         index.map(|index| unpack(&mut archive, index, limit)).transpose()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
-
-    use zip::ZipWriter;
-    use zip::write::SimpleFileOptions;
-
     use super::*;
     use crate::engine::mesh::TriangleSoup;
 
@@ -166,6 +177,22 @@ mod tests {
         let out = with_buffer("../x.bin");
         let error = read_all(&archive(&[("m/x.gltf", out.as_bytes()), ("x.bin", &bin)])).unwrap_err();
         assert_eq!(error, ReadError::MissingBuffer { uri: "../x.bin".to_owned() });
+    }
+
+    #[test]
+    fn packed_files_are_found_beside_their_mesh() {
+        let bin = [0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat();
+        let text = with_buffer("data/mesh.bin");
+        let packed = |name: &str| {
+            let mut out = Cursor::new(Vec::new());
+            pack([(name, bin.as_slice()), ("x.gltf", text.as_bytes())], &mut out).unwrap();
+            out.into_inner()
+        };
+        for name in ["mesh.bin", "data/mesh.bin"] {
+            assert_eq!(read_all(&packed(name)).unwrap().n_polygons(), 1, "{name}");
+            assert_eq!(packed(name), packed(name));
+        }
+        assert!(matches!(read_all(&packed("other/mesh.bin")), Err(ReadError::MissingBuffer { .. })));
     }
 
     #[test]

@@ -53,13 +53,13 @@ fn names_and_skins_are_in_the_files_that_can_hold_them() {
     for format in QuadFormat::ALL {
         let bytes = write_model(&mesh, &attributes, &scene, format);
         assert_same_quads(&read_quads(&bytes, format).unwrap(), &mesh);
-        if matches!(format, QuadFormat::Ply | QuadFormat::Usda) {
+        if format == QuadFormat::Ply {
             assert_eq!(bytes, write_quads(&mesh, &attributes, format));
         }
     }
     let read = |format: QuadFormat| {
         let bytes = write_model(&mesh, &attributes, &scene, format);
-        read_model(&bytes, Format::from_extension(format.extension()), &ReadLimits::default()).unwrap()
+        read_model(&bytes, Format::from_extension(format.extension()), &Alone, &ReadLimits::default()).unwrap()
     };
     let glb = read(QuadFormat::Glb);
     assert_eq!((&glb.scene, &glb.soup.skin), (&scene, &attributes.skin));
@@ -74,6 +74,16 @@ fn names_and_skins_are_in_the_files_that_can_hold_them() {
         (obj.scene.objects.as_slice(), obj.soup.objects.len()),
         ([ObjectName::new("left leg", "left leg")].as_slice(), 0)
     );
+    // Every object is a prim of USDA, and the vertices that two of them share are one again in the end.
+    let text = String::from_utf8(write_model(&mesh, &attributes, &scene, QuadFormat::Usda)).unwrap();
+    for line in
+        ["def Mesh \"left_leg\" (", "displayName = \"left leg\"", "def Mesh \"right_leg\" (", "def Material \"_2nd\""]
+    {
+        assert_eq!(text.matches(line).count(), 1, "{line}");
+    }
+    let apart = text.replace("quadrille:vertices", "other");
+    let apart = read_quads(apart.as_bytes(), QuadFormat::Usda).unwrap();
+    assert!(apart.positions.len() > mesh.positions.len() && apart.quads.len() == mesh.quads.len());
     // Numbers of objects that the quads did not get mean nothing.
     let unknown = QuadAttributes { objects: Vec::new(), ..attributes.clone() };
     let text = String::from_utf8(write_model(&mesh, &unknown, &scene, QuadFormat::Obj)).unwrap();
@@ -303,17 +313,18 @@ fn files_without_attributes_are_what_they_were() {
     );
     assert_eq!(
         text(QuadFormat::Usda),
-        "#usda 1.0\n(\n    defaultPrim = \"quads\"\n    upAxis = \"Y\"\n)\n\ndef Mesh \"quads\"\n{\n    \
-         float3[] extent = [(0, 0, 0), (1, 1, 0.5)]\n    int[] faceVertexCounts = [4]\n    \
-         int[] faceVertexIndices = [0, 1, 2, 3]\n    \
-         point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]\n    \
-         uniform token subdivisionScheme = \"none\"\n}\n"
+        "#usda 1.0\n(\n    defaultPrim = \"quads\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n\
+         def Xform \"quads\"\n{\n    def Mesh \"mesh\"\n    {\n        \
+         float3[] extent = [(0, 0, 0), (1, 1, 0.5)]\n        int[] faceVertexCounts = [4]\n        \
+         int[] faceVertexIndices = [0, 1, 2, 3]\n        \
+         point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]\n        \
+         uniform token subdivisionScheme = \"none\"\n    }\n}\n"
     );
-    let header = "ply\nformat binary_little_endian 1.0\ncomment quads by Quadrille\nelement vertex 4\nproperty double x\n\
-                  property double y\nproperty double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let header = "ply\nformat binary_little_endian 1.0\ncomment quads by Quadrille\nelement vertex 4\nproperty float x\n\
+                  property float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
     let ply = bytes(QuadFormat::Ply);
     assert!(ply.starts_with(header.as_bytes()));
-    assert_eq!(ply.len(), header.len() + 4 * 24 + 17);
+    assert_eq!(ply.len(), header.len() + 4 * 12 + 17);
     let glb = bytes(QuadFormat::Glb);
     let chunks = glb_container::open(&glb).unwrap();
     assert_eq!(

@@ -53,7 +53,9 @@ pub enum ReadError {
         name: String,
     },
     /// A buffer that did not come with the file.
-    #[error("the buffer {uri:?} did not come with the file; send a GLB, embed it, or send a zip that holds it")]
+    #[error(
+        "{uri:?} did not come with the file; put it beside the file, embed it, or use a GLB or a zip that holds both"
+    )]
     MissingBuffer {
         /// The URI as the file says it.
         uri: String,

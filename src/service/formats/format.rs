@@ -9,13 +9,13 @@ pub enum Format {
     Obj,
     /// Binary glTF 2.0.
     Glb,
-    /// glTF 2.0 as JSON, with its buffers in data URIs.
+    /// glTF 2.0 as JSON, with its buffers in data URIs or beside it.
     Gltf,
     /// Polygon file format, ASCII or binary.
     Ply,
     /// Stereolithography, ASCII or binary.
     Stl,
-    /// A zip archive of one mesh file, or of one glTF with its buffers.
+    /// A zip archive of one mesh file and what lies beside it.
     Zip,
 }
 
@@ -85,11 +85,11 @@ impl Format {
 /// Formats that quads are written to and read back from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QuadFormat {
-    /// Wavefront OBJ, shortest digits that re-read to the same number.
+    /// Wavefront OBJ, with the fewest digits that re-read to the same number.
     Obj,
     /// Binary glTF: triangles with `FB_ngon_encoding`, single precision.
     Glb,
-    /// Binary PLY, double precision.
+    /// Binary PLY, in the precision that the positions need.
     Ply,
     /// Universal Scene Description as text.
     Usda,

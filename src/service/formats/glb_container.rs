@@ -3,6 +3,9 @@
 use super::error::ReadError;
 
 const GLB: &str = "GLB";
+/// Kinds of chunks.
+const JSON: u32 = 0x4E4F_534A;
+const BIN: u32 = 0x004E_4942;
 
 /// The chunks of a GLB.
 #[derive(Debug)]
@@ -13,7 +16,11 @@ pub(super) struct Chunks<'a> {
     pub(super) bin: Option<&'a [u8]>,
 }
 
-/// Takes a GLB apart.
+/// Bytes by which a length may be wrong: some writers count the padding to four bytes and leave it out, or the reverse.
+const PADDING: usize = 3;
+
+/// Takes a GLB apart. Lengths that are wrong by no more than the padding are read as they are meant; nothing is read
+/// behind the end of the file.
 ///
 /// # Errors
 /// With the byte where header and bytes disagree.
@@ -23,26 +30,43 @@ pub(super) fn open(bytes: &[u8]) -> Result<Chunks<'_>, ReadError> {
         return Err(ReadError::byte(GLB, 4, format!("glTF version {version}; only version 2 is read")));
     }
     let length = word(bytes, 8)? as usize;
-    let Some(bytes) = bytes.get(..length) else {
+    if length > bytes.len() + PADDING {
         let cause = format!("truncated: the header says {length} bytes, there are {}", bytes.len());
         return Err(ReadError::byte(GLB, 8, cause));
-    };
+    }
     let mut chunks = Chunks { json: &[], bin: None };
     let mut at = 12;
-    while at < length {
+    while at < length.min(bytes.len()) {
         let (size, kind) = (word(bytes, at)? as usize, word(bytes, at + 4)?);
-        let body = at.checked_add(8 + size).and_then(|end| bytes.get(at + 8..end)).ok_or_else(|| {
-            ReadError::byte(GLB, at, format!("truncated: a chunk of {size} bytes does not fit into {length}"))
-        })?;
+        let start = at + 8;
+        if size > bytes.len() - start + PADDING {
+            let cause = format!("truncated: a chunk of {size} bytes does not fit into {}", bytes.len());
+            return Err(ReadError::byte(GLB, at, cause));
+        }
+        let (end, next) = ends(bytes, start, size);
+        let body = &bytes[start..end.min(bytes.len())];
         match kind {
-            0x4E4F_534A if at == 12 => chunks.json = body,
-            0x004E_4942 if chunks.bin.is_none() => chunks.bin = Some(body),
+            JSON if at == 12 => chunks.json = body,
+            BIN if chunks.bin.is_none() => chunks.bin = Some(body),
             _ if at == 12 => return Err(ReadError::byte(GLB, 16, "the first chunk is not JSON")),
             _ => {}
         }
-        at += 8 + size.next_multiple_of(4);
+        at = next;
     }
     Ok(chunks)
+}
+
+/// Where a chunk ends and where the next one begins: behind the padding, unless the binary chunk is found where it would
+/// be if the padding were missing, or missing but counted.
+fn ends(bytes: &[u8], start: usize, size: usize) -> (usize, usize) {
+    let (end, padded) = (start + size, start + size.next_multiple_of(4));
+    let is_binary = |at: usize| word(bytes, at + 4) == Ok(BIN);
+    let moved = || (1..=PADDING.min(size)).map(|missing| end - missing).find(|&at| is_binary(at));
+    match () {
+        () if is_binary(padded) => (end, padded),
+        () if is_binary(end) => (end, end),
+        () => moved().map_or((end, padded), |at| (at, at)),
+    }
 }
 
 fn word(bytes: &[u8], at: usize) -> Result<u32, ReadError> {
@@ -83,10 +107,43 @@ mod tests {
         assert_eq!((chunks.json, chunks.bin), (b"{\"a\":1} ".as_slice(), Some([1, 2, 3, 0].as_slice())));
     }
 
+    /// A GLB whose chunks say these sizes and are followed by this much padding.
+    fn odd(sizes: [u32; 2], padding: [usize; 2]) -> Vec<u8> {
+        let chunk = |size: u32, kind: u32, body: &[u8], padding: usize| {
+            [&size.to_le_bytes(), &kind.to_le_bytes(), body, &b"   "[..padding]].concat()
+        };
+        let body =
+            [chunk(sizes[0], JSON, b"{\"a\":1}", padding[0]), chunk(sizes[1], BIN, &[7; 6], padding[1])].concat();
+        [b"glTF\x02\0\0\0", (12 + body.len() as u32).to_le_bytes().as_slice(), &body].concat()
+    }
+
+    #[test]
+    fn padding_may_be_missing_or_counted_or_both() {
+        // The JSON has 7 bytes, the rest 6.
+        for (sizes, padding) in [
+            ([7, 6], [1, 2]),
+            ([8, 8], [1, 2]),
+            ([7, 6], [0, 0]),
+            ([8, 8], [0, 0]),
+            ([8, 6], [0, 2]),
+            ([7, 8], [1, 0]),
+            ([10, 6], [3, 0]),
+        ] {
+            let glb = odd(sizes, padding);
+            let chunks = open(&glb).unwrap();
+            assert_eq!(chunks.json.trim_ascii_end(), b"{\"a\":1}", "{sizes:?} {padding:?}");
+            assert_eq!(chunks.bin.map(|bin| &bin[..6]), Some([7; 6].as_slice()), "{sizes:?} {padding:?}");
+        }
+        let mut counted = odd([8, 8], [1, 0]);
+        let length = counted.len() as u32 + 2;
+        counted[8..12].copy_from_slice(&length.to_le_bytes());
+        assert_eq!(open(&counted).unwrap().bin, Some([7; 6].as_slice()));
+    }
+
     #[test]
     fn every_truncation_is_told() {
         let glb = write(&serde_json::json!({"a": 1}), vec![1, 2, 3]);
-        for end in 0..glb.len() {
+        for end in 0..glb.len() - PADDING {
             assert!(open(&glb[..end]).unwrap_err().to_string().contains("truncated"), "{end}");
         }
         let mut lie = glb.clone();

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::format::MapFormat;
+use super::precision::Shortest;
 use super::text_writer::push_line;
 use super::{map_glb, map_json};
 use crate::engine::parameterize::GridMap;
@@ -41,10 +42,10 @@ fn write_obj(map: &MapView<'_>) -> Vec<u8> {
     let mut out = Vec::with_capacity(60 * map.positions.len() + 170 * map.faces.len());
     out.extend_from_slice(b"# parameterisation by Quadrille: vt per corner in grid units, 1 = one quad edge\n");
     for p in map.positions {
-        push_line(&mut out, format_args!("v {} {} {}", p.x, p.y, p.z));
+        push_line(&mut out, format_args!("v {} {} {}", Shortest(p.x), Shortest(p.y), Shortest(p.z)));
     }
     for uv in &map.grid.uv {
-        push_line(&mut out, format_args!("vt {} {}", uv.x, uv.y));
+        push_line(&mut out, format_args!("vt {} {}", Shortest(uv.x), Shortest(uv.y)));
     }
     for (f, face) in map.faces.iter().enumerate() {
         let [a, b, c] = face.map(|v| u64::from(v) + 1);

@@ -1,7 +1,8 @@
 //! Files: bytes to a triangle soup, quads and maps to bytes. No file and no socket is touched here, and nothing is
-//! ever read but the bytes given.
+//! ever read but the bytes given and what the caller lets lie beside them ([`Beside`]).
 
 mod archive;
+mod beside;
 mod corner_uv;
 mod error;
 mod format;
@@ -16,6 +17,7 @@ mod ngon;
 mod number;
 mod obj;
 mod ply;
+mod precision;
 mod quads;
 mod quads_glb;
 mod quads_obj;
@@ -26,6 +28,8 @@ mod stl;
 mod text_writer;
 mod usda;
 
+pub use archive::pack;
+pub use beside::{Alone, Beside};
 pub use error::ReadError;
 pub use format::{Format, MapFormat, QuadFormat};
 pub use map::{MapView, write_map};

@@ -3,6 +3,7 @@
 use super::error::ReadError;
 use super::format::{Format, QuadFormat};
 use super::model::Scene;
+use super::precision::as_written;
 use super::read::read_soup;
 use super::soup_builder::ReadLimits;
 use super::{ply, quads_glb, quads_obj, quads_usda, usda};
@@ -18,12 +19,12 @@ pub fn write_quads(quads: &QuadMesh, attributes: &QuadAttributes, format: QuadFo
 /// Writes quads. Vertices keep their order in every format, so that an index means the same in every file and in the
 /// mesh; quads keep their first corner except in GLB. Positions re-read to the same numbers from OBJ, PLY and USDA, and
 /// to the nearest single precision numbers from GLB. OBJ groups the quads by component, in order of their first quads,
-/// and within each by material; GLB has one node per object, each with one primitive per material.
+/// and within each by material; GLB has one node per object, each with one primitive per material; USDA one prim.
 ///
 /// Colours are in all formats (in OBJ without opacity), texture coordinates and materials in all but PLY. In GLB a
 /// vertex whose quads disagree about its texture coordinates is there several times; its copies follow all vertices,
 /// and the attribute `_VERTEX` says whose copies they are. Joints and weights are in GLB, with the skeleton of the scene;
-/// names of objects are in GLB and OBJ.
+/// names of objects are in GLB, OBJ and USDA.
 ///
 /// The indices of the quads and materials must be in range, those of objects and joints in that of the scene, where it has
 /// any, and lists of attributes as long as they must be or empty. Positions should be finite; others are written as the
@@ -33,7 +34,7 @@ pub fn write_model(quads: &QuadMesh, attributes: &QuadAttributes, scene: &Scene,
         QuadFormat::Obj => quads_obj::write(quads, attributes, scene),
         QuadFormat::Glb => quads_glb::write(quads, attributes, scene),
         QuadFormat::Ply => ply::write(quads, attributes),
-        QuadFormat::Usda => quads_usda::write(quads, attributes),
+        QuadFormat::Usda => quads_usda::write(quads, attributes, scene),
     }
 }
 
@@ -49,7 +50,11 @@ pub fn read_quads(bytes: &[u8], format: QuadFormat) -> Result<QuadMesh, ReadErro
         QuadFormat::Ply => (read_soup(bytes, Some(Format::Ply), &limits)?, "PLY"),
         QuadFormat::Usda => (usda::read(bytes, &limits)?, "USDA"),
     };
-    quads_of(soup, name)
+    let mut quads = quads_of(soup, name)?;
+    if matches!(format, QuadFormat::Obj | QuadFormat::Usda) {
+        as_written(&mut quads.positions);
+    }
+    Ok(quads)
 }
 
 fn quads_of(soup: TriangleSoup, format: &'static str) -> Result<QuadMesh, ReadError> {
@@ -113,10 +118,16 @@ pub(super) mod tests {
     fn exact_formats_re_read_to_the_same_mesh() {
         let mesh = cube(3);
         assert_eq!((mesh.positions.len(), mesh.quads.len()), (56, 54));
+        let mut single = mesh.clone();
+        single.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
         for format in [QuadFormat::Obj, QuadFormat::Ply, QuadFormat::Usda] {
             let bytes = write_quads(&mesh, &QuadAttributes::default(), format);
             assert_eq!(read_quads(&bytes, format).unwrap(), mesh, "{format:?}");
             assert_eq!(bytes, write_quads(&mesh, &QuadAttributes::default(), format));
+            // What single precision holds is shorter by a fifth and comes back the same.
+            let short = write_quads(&single, &QuadAttributes::default(), format);
+            assert_eq!(read_quads(&short, format).unwrap(), single, "{format:?}");
+            assert!(5 * short.len() < 4 * bytes.len(), "{format:?}: {} of {}", short.len(), bytes.len());
         }
     }
 

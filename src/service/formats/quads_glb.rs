@@ -9,7 +9,7 @@ use crate::engine::attributes::QuadAttributes;
 use crate::engine::quad::QuadMesh;
 
 /// More objects than this are one: many programs copy all vertices for each.
-const MOST_OBJECTS: usize = 1000;
+pub(super) const MOST_OBJECTS: usize = 1000;
 
 /// What a node is called where the input does not say it.
 const NO_NAME: &str = "quads";

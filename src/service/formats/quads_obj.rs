@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::corner_uv::CornerUv;
 use super::model::Scene;
+use super::precision::{Precision, Shortest};
 use super::text_writer::{push, push_line};
 use crate::engine::attributes::QuadAttributes;
 use crate::engine::quad::QuadMesh;
@@ -16,16 +17,18 @@ const NO_MATERIAL: &str = "default";
 pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes, scene: &Scene) -> Vec<u8> {
     let mut out = Vec::with_capacity(60 * quads.positions.len() + 30 * quads.quads.len());
     out.extend_from_slice(b"# quads by Quadrille\n");
+    let precision = Precision::of(&quads.positions);
     for (v, p) in quads.positions.iter().enumerate() {
-        push(&mut out, format_args!("v {} {} {}", p.x, p.y, p.z));
-        if let Some([r, g, b, _]) = attributes.colours.get(v) {
-            push(&mut out, format_args!(" {r} {g} {b}"));
+        let [x, y, z] = precision.shown_all(*p);
+        push(&mut out, format_args!("v {x} {y} {z}"));
+        if let Some(&[r, g, b, _]) = attributes.colours.get(v) {
+            push(&mut out, format_args!(" {} {} {}", Shortest(r), Shortest(g), Shortest(b)));
         }
         out.push(b'\n');
     }
     let uv = (!attributes.uv.is_empty()).then(|| CornerUv::of(quads, &attributes.uv));
-    for [u, v] in uv.iter().flat_map(|uv| &uv.values) {
-        push_line(&mut out, format_args!("vt {u} {v}"));
+    for &[u, v] in uv.iter().flat_map(|uv| &uv.values) {
+        push_line(&mut out, format_args!("vt {} {}", Shortest(u), Shortest(v)));
     }
     let component = components(quads);
     let material = |q: u32| attributes.materials.get(q as usize).copied();

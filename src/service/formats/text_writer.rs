@@ -3,7 +3,7 @@
 use std::fmt::Arguments;
 use std::io::Write as _;
 
-/// Appends text. Numbers written with `{}` have the fewest digits that re-read to the same f64.
+/// Appends text.
 pub(super) fn push(out: &mut Vec<u8>, text: Arguments<'_>) {
     out.write_fmt(text).expect("writing to memory cannot fail");
 }

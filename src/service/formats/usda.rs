@@ -1,5 +1,7 @@
 //! Reading Universal Scene Description as text, as far as quads are written to it.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::error::ReadError;
@@ -8,6 +10,8 @@ use super::soup_builder::{ReadLimits, SoupBuilder};
 use crate::engine::mesh::TriangleSoup;
 
 const USDA: &str = "USDA";
+/// Attribute of our own meshes: which vertex of the whole each point is. Meshes share vertices in it.
+pub(super) const VERTICES: &str = "quadrille:vertices";
 
 /// Reads all `Mesh` prims as polygons. Transforms, references and time samples are beyond this reader.
 ///
@@ -19,14 +23,15 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, Re
     }
     let mut tokens = Tokens { bytes, at: 0 };
     let mut builder = SoupBuilder::new(limits);
-    let (mut mesh, mut previous) = (Prim::default(), [b"".as_slice(), b""]);
+    let (mut meshes, mut mesh, mut previous) = (Vec::new(), Prim::default(), [b"".as_slice(), b""]);
     let mut depth = 0i64;
     while let Some(token) = tokens.next()? {
         match (previous, token) {
-            ([_, b"def"], b"Mesh") => std::mem::take(&mut mesh).finish(&mut builder, &tokens)?,
-            ([b"points", b"="], b"[") => mesh.points = tokens.list(decimal)?,
+            ([_, b"def"], b"Mesh") => meshes.push(std::mem::take(&mut mesh)),
+            ([b"points", b"="], b"[") => mesh.points = tokens.points()?,
             ([b"faceVertexCounts", b"="], b"[") => mesh.counts = tokens.list(integer)?,
             ([b"faceVertexIndices", b"="], b"[") => mesh.indices = tokens.list(integer)?,
+            ([name, b"="], b"[") if name == VERTICES.as_bytes() => mesh.vertices = tokens.list(integer)?,
             ([b"xformOpOrder", b"="], b"[") => return Err(tokens.fail("transforms are not supported; bake them")),
             (_, b"{") => depth += 1,
             (_, b"}") => depth -= 1,
@@ -37,27 +42,55 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, Re
     if depth != 0 {
         return Err(tokens.fail("truncated: the braces do not match"));
     }
-    mesh.finish(&mut builder, &tokens)?;
+    meshes.push(mesh);
+    let joined = joined(&meshes);
+    for p in joined.iter().flatten() {
+        builder.vertex(*p)?;
+    }
+    for mesh in meshes {
+        let numbers: Vec<u32> = match joined {
+            Some(_) => mesh.vertices.iter().map(|&v| v as u32).collect(),
+            None => {
+                builder.claim_vertices(mesh.points.len() as u64)?;
+                let first = builder.n_vertices() as u32;
+                mesh.points.iter().try_for_each(|&p| builder.vertex(p))?;
+                (first..).take(mesh.points.len()).collect()
+            }
+        };
+        mesh.finish(&numbers, &mut builder, &tokens)?;
+    }
     builder.finish(USDA)
+}
+
+/// The vertices of the whole, where all meshes say which of them their points are, and agree about where they are.
+fn joined(meshes: &[Prim]) -> Option<Vec<DVec3>> {
+    let mut vertices = BTreeMap::new();
+    for mesh in meshes {
+        let numbered = mesh.vertices.len() == mesh.points.len();
+        for (&number, &p) in mesh.vertices.iter().zip(&mesh.points).filter(|_| numbered) {
+            if *vertices.entry(number).or_insert(p) != p {
+                return None;
+            }
+        }
+        if !numbered {
+            return None;
+        }
+    }
+    vertices.keys().copied().eq(0..vertices.len() as i64).then(|| vertices.into_values().collect())
 }
 
 #[derive(Default)]
 struct Prim {
-    points: Vec<f64>,
+    points: Vec<DVec3>,
+    /// Per point, or empty.
+    vertices: Vec<i64>,
     counts: Vec<i64>,
     indices: Vec<i64>,
 }
 
 impl Prim {
-    fn finish(self, builder: &mut SoupBuilder, tokens: &Tokens<'_>) -> Result<(), ReadError> {
-        let (base, n) = (builder.n_vertices() as u64, self.points.len() / 3);
-        builder.claim_vertices(n as u64)?;
-        if !self.points.len().is_multiple_of(3) {
-            return Err(tokens.fail("a list of points whose length is no multiple of 3"));
-        }
-        for p in self.points.chunks_exact(3) {
-            builder.vertex(DVec3::from_slice(p))?;
-        }
+    /// Appends the polygons of a mesh whose points have these numbers.
+    fn finish(self, numbers: &[u32], builder: &mut SoupBuilder, tokens: &Tokens<'_>) -> Result<(), ReadError> {
         let (mut rest, mut corners) = (self.indices.as_slice(), Vec::new());
         for count in self.counts {
             let polygon = usize::try_from(count).ok().and_then(|count| rest.split_at_checked(count));
@@ -65,11 +98,11 @@ impl Prim {
                 polygon.ok_or_else(|| tokens.fail("faceVertexCounts asks for more indices than there are"))?;
             corners.clear();
             for &index in polygon {
-                if !(0..n as i64).contains(&index) {
-                    let place = "faceVertexIndices".to_owned();
-                    return Err(ReadError::IndexOutOfRange { format: USDA, place, index, count: n as u64 });
-                }
-                corners.push((base + index as u64) as u32);
+                let number = usize::try_from(index).ok().and_then(|index| numbers.get(index));
+                corners.push(*number.ok_or_else(|| {
+                    let (place, count) = ("faceVertexIndices".to_owned(), numbers.len() as u64);
+                    ReadError::IndexOutOfRange { format: USDA, place, index, count }
+                })?);
             }
             builder.polygon(&corners)?;
             rest = after;
@@ -116,6 +149,17 @@ impl<'a> Tokens<'a> {
             };
             self.at += length;
             return Ok(Some(&rest[..length]));
+        }
+    }
+
+    /// The points up to the closing bracket.
+    fn points(&mut self) -> Result<Vec<DVec3>, ReadError> {
+        let numbers = self.list(decimal)?;
+        let (points, rest) = numbers.as_chunks::<3>();
+        if rest.is_empty() {
+            Ok(points.iter().copied().map(DVec3::from_array).collect())
+        } else {
+            Err(self.fail("a list of points whose length is no multiple of 3"))
         }
     }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::engine::pipeline::{RemeshSpec, RunFindings, check};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage};
-use crate::service::formats::read_soup;
+use crate::service::formats::read_model;
 use crate::service::run::Input;
 use crate::service::wire::{Problem, QuadsBody, problem_of_fault};
 
@@ -46,10 +46,10 @@ pub fn check_quads(
     spec: &RemeshSpec,
     findings: Option<&RunFindings>,
 ) -> Result<CertificateBody, Problem> {
-    let soup = ctx.stage(Stage::Read, || {
-        read_soup(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
+    let model = ctx.stage(Stage::Read, || {
+        read_model(input.bytes, input.format, input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
-    let certificate = check(ctx, &soup, quads, spec, findings)
+    let certificate = check(ctx, &model.soup, quads, spec, findings)
         .map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
     let failed = certificate.violations.iter().map(|violation| FailedCheck {
         message: violation.to_string(),

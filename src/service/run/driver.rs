@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::engine::run::RunContext;
-use crate::service::formats::{Format, MapFormat, QuadFormat, ReadError, ReadLimits, read_quads, read_soup};
+use crate::service::formats::{Alone, Format, MapFormat, QuadFormat, ReadError, ReadLimits, read_quads, read_soup};
 use crate::service::jobs::{Driver, InputFile, Inspection, Made, Products};
 use crate::service::run::execute::draw;
 use crate::service::run::{Input, Wanted, execute};
@@ -31,7 +31,8 @@ impl Driver for EngineDriver {
     fn run(&self, context: &RunContext, input: &InputFile, spec: &ResolvedSpec) -> Result<Products, Problem> {
         let known = input.format.as_deref().and_then(Format::from_extension);
         let format = known.map_or_else(|| format_of(input), Ok)?;
-        let input = Input { bytes: &input.bytes, format: Some(format), limits: self.limits };
+        // What lies beside an upload is in the same archive.
+        let input = Input { bytes: &input.bytes, format: Some(format), beside: &Alone, limits: self.limits };
         // PLY first: it is the file that is certified, and it holds all digits.
         let quads = vec![QuadFormat::Ply, QuadFormat::Obj, QuadFormat::Glb, QuadFormat::Usda];
         let wanted = Wanted { quads, map: MapFormat::ALL.to_vec(), preview: None };

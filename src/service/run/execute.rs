@@ -10,7 +10,8 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage, StopReason, Warning, WarningKind};
 use crate::service::config::LimitsConfig;
 use crate::service::formats::{
-    Format, MapFormat, MapView, Model, QuadFormat, ReadLimits, Scene, read_model, read_quads, write_map, write_model,
+    Beside, Format, MapFormat, MapView, Model, QuadFormat, ReadLimits, Scene, read_model, read_quads, write_map,
+    write_model,
 };
 use crate::service::preview::preview_png;
 use crate::service::run::deadline::Deadline;
@@ -25,6 +26,8 @@ pub struct Input<'a> {
     pub bytes: &'a [u8],
     /// Their format, where it is known; otherwise the first bytes tell it.
     pub format: Option<Format>,
+    /// The files that it may name.
+    pub beside: &'a dyn Beside,
     /// Limits on what the file may claim.
     pub limits: ReadLimits,
 }
@@ -94,7 +97,7 @@ pub fn execute(
 
 fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted) -> Result<Products, Problem> {
     let Model { soup, scene, warnings } = ctx.stage(Stage::Read, || {
-        read_model(input.bytes, input.format, &input.limits).map_err(|error| Problem::from(&error))
+        read_model(input.bytes, input.format, input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
     let mut outcome =
         remesh(ctx, &soup, spec).map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;

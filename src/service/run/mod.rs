@@ -7,9 +7,11 @@ mod check;
 mod deadline;
 mod driver;
 mod execute;
+mod inspect;
 mod memory;
 mod stage_clock;
 
 pub use check::{CertificateBody, check_quads};
 pub use driver::EngineDriver;
 pub use execute::{Input, Products, Wanted, execute, read_limits};
+pub use inspect::{ContentsBody, InspectionBody, SurfaceBody, inspect_file};

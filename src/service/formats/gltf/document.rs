@@ -4,10 +4,15 @@ use std::cell::{Cell, OnceCell};
 
 use gltf::json::Root;
 
+use super::super::beside::Beside;
 use super::super::error::ReadError;
 use super::super::glb_container;
 use super::super::soup_builder::{ReadLimits, within};
-use super::{Files, GLTF, malformed, meshopt, uri};
+use super::{GLTF, draco, malformed, meshopt, uri};
+
+/// Extensions that change how the surface is stored.
+const GEOMETRY: [&str; 4] =
+    ["KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_meshopt_compression", draco::EXTENSION];
 
 /// Extensions that change nothing about where the surface is.
 const HARMLESS: [&str; 9] = [
@@ -27,14 +32,13 @@ pub(super) struct Document<'a> {
     pub(super) root: Root,
     pub(super) limits: ReadLimits,
     bin: Option<&'a [u8]>,
-    files: &'a dyn Files,
+    beside: &'a dyn Beside,
     /// Buffers from URIs.
     loaded: Vec<OnceCell<Vec<u8>>>,
     /// Views that had to be decompressed.
     decompressed: Vec<OnceCell<Vec<u8>>>,
     unpacked: Cell<u64>,
-    #[cfg(feature = "draco")]
-    pub(super) draco: super::draco::Cache,
+    pub(super) draco: draco::Cache,
 }
 
 /// The bytes of a buffer view.
@@ -46,7 +50,7 @@ pub(super) struct View<'a> {
 
 impl<'a> Document<'a> {
     /// Parses the JSON and checks that no extension is required that is not known here.
-    pub(super) fn open(bytes: &'a [u8], files: &'a dyn Files, limits: &ReadLimits) -> Result<Self, ReadError> {
+    pub(super) fn open(bytes: &'a [u8], beside: &'a dyn Beside, limits: &ReadLimits) -> Result<Self, ReadError> {
         let (json, bin) = if bytes.starts_with(b"glTF") {
             let chunks = glb_container::open(bytes)?;
             (chunks.json, chunks.bin)
@@ -66,12 +70,11 @@ impl<'a> Document<'a> {
             root,
             limits: *limits,
             bin,
-            files,
+            beside,
             loaded,
             decompressed,
             unpacked: Cell::new(0),
-            #[cfg(feature = "draco")]
-            draco: Default::default(),
+            draco: draco::Cache::default(),
         })
     }
 
@@ -90,7 +93,7 @@ impl<'a> Document<'a> {
                 Some(bytes) => bytes.as_slice(),
                 None => {
                     let left = self.limits.max_bytes_unpacked.saturating_sub(self.unpacked.get());
-                    let bytes = uri::load(uri, self.files, &place, left)?;
+                    let bytes = uri::load(uri, self.beside, &place, left)?;
                     self.unpack(bytes.len() as u64)?;
                     self.loaded[i].get_or_init(|| bytes)
                 }
@@ -138,9 +141,7 @@ impl<'a> Document<'a> {
 }
 
 fn is_known(name: &str) -> bool {
-    let geometry = ["KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_meshopt_compression"].contains(&name)
-        || cfg!(feature = "draco") && name == "KHR_draco_mesh_compression";
-    geometry || HARMLESS.iter().any(|harmless| name.starts_with(harmless))
+    GEOMETRY.contains(&name) || HARMLESS.iter().any(|harmless| name.starts_with(harmless))
 }
 
 /// The error of an index that leads nowhere.

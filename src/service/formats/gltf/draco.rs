@@ -12,6 +12,9 @@ use super::super::soup_builder::SoupBuilder;
 use super::document::Document;
 use super::malformed;
 
+/// Name of the extension.
+pub(super) const EXTENSION: &str = "KHR_draco_mesh_compression";
+
 /// What was decompressed so far, by the pointer of the primitive: instances of a mesh share it.
 pub(super) type Cache = RefCell<BTreeMap<String, Rc<Decoded>>>;
 
@@ -73,6 +76,8 @@ fn decompress(
         _ => malformed(place, format!("the Draco stream is broken: {error}")),
     })?;
     let n = mesh.num_points();
+    // As much as is copied out of the decoder below.
+    document.unpack(n as u64 * 24 + mesh.num_faces() as u64 * 12)?;
     builder.claim_vertices(n as u64)?;
     builder.claim_triangles(mesh.num_faces() as u64)?;
     let attribute = |name: &str| -> Option<&PointAttribute> {

@@ -7,7 +7,6 @@
 mod accessor;
 mod bind;
 mod document;
-#[cfg(feature = "draco")]
 mod draco;
 mod influences;
 mod matrix;
@@ -20,6 +19,7 @@ mod values;
 use gltf::json::Root;
 use gltf::json::mesh::Primitive;
 
+use super::beside::Beside;
 use super::error::ReadError;
 use super::model::{Model, ObjectName};
 use super::soup_builder::{ReadLimits, SoupBuilder};
@@ -28,7 +28,6 @@ use bind::Binder;
 use document::Document;
 use primitive::Shared;
 use scene::Instance;
-pub(super) use uri::{Files, NoFiles};
 
 const GLTF: &str = "glTF";
 
@@ -37,8 +36,8 @@ const GLTF: &str = "glTF";
 ///
 /// # Errors
 /// With the JSON pointer of the faulty element.
-pub(super) fn read(bytes: &[u8], files: &dyn Files, limits: &ReadLimits) -> Result<Model, ReadError> {
-    let document = Document::open(bytes, files, limits)?;
+pub(super) fn read(bytes: &[u8], beside: &dyn Beside, limits: &ReadLimits) -> Result<Model, ReadError> {
+    let document = Document::open(bytes, beside, limits)?;
     let mut builder = SoupBuilder::new(limits);
     let graph = scene::graph(&document.root)?;
     let (mut binder, mut shared) = (Binder::new(&document, &graph), Shared::default());

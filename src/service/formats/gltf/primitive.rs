@@ -13,10 +13,10 @@ use super::super::soup_builder::SoupBuilder;
 use super::accessor::Accessor;
 use super::bind::{Binder, Place};
 use super::document::{Document, missing};
-use super::influences;
 use super::malformed;
 use super::scene::Instance;
 use super::values::{read_colours, read_normals, read_order, read_uv};
+use super::{draco, influences};
 use crate::engine::mesh::Influences;
 
 /// Vertices that were appended so far. Primitives that share their positions share the vertices, too, also those of
@@ -88,29 +88,21 @@ pub(super) fn append_mesh(
         }
         name_material(document, primitive, &at, builder)?;
         let place = binder.place(instance, primitive)?;
-        if let Some(extension) = extension(primitive, "KHR_draco_mesh_compression") {
-            #[cfg(feature = "draco")]
-            {
-                let decoded = super::draco::decode(document, extension, &at, builder)?;
-                let (positions, colours) = (&decoded.positions, decoded.colours.as_deref());
-                let count = positions.len() / 3;
-                let influences = decoded
-                    .influences
-                    .as_ref()
-                    .filter(|_| place.skin.is_some())
-                    .map(|said| influences::of_vertices(std::slice::from_ref(said), count, &place.joints, &at));
-                let influences = influences.transpose()?;
-                let said = SaidOfVertices { colours, influences: influences.as_deref(), order: None };
-                let vertices = append_vertices(positions, said, &place, builder)?;
-                let said = Said { uv: decoded.uv.as_deref(), normals: None };
-                append_triangles(&decoded.triangles, &vertices, said, &place.transform, false, builder)?;
-                continue;
-            }
-            #[cfg(not(feature = "draco"))]
-            if !has_fallback(document, primitive) {
-                let _ = extension;
-                return Err(ReadError::UnsupportedExtension { name: "KHR_draco_mesh_compression".to_owned() });
-            }
+        if let Some(extension) = extension(primitive, draco::EXTENSION) {
+            let decoded = draco::decode(document, extension, &at, builder)?;
+            let (positions, colours) = (&decoded.positions, decoded.colours.as_deref());
+            let count = positions.len() / 3;
+            let influences = decoded
+                .influences
+                .as_ref()
+                .filter(|_| place.skin.is_some())
+                .map(|said| influences::of_vertices(std::slice::from_ref(said), count, &place.joints, &at));
+            let influences = influences.transpose()?;
+            let said = SaidOfVertices { colours, influences: influences.as_deref(), order: None };
+            let vertices = append_vertices(positions, said, &place, builder)?;
+            let said = Said { uv: decoded.uv.as_deref(), normals: None };
+            append_triangles(&decoded.triangles, &vertices, said, &place.transform, false, builder)?;
+            continue;
         }
         append(document, primitive, mode, &at, &place, &mut appended, builder)?;
     }
@@ -135,15 +127,6 @@ fn name_material(
 
 fn extension<'a>(primitive: &'a Primitive, name: &str) -> Option<&'a serde_json::Value> {
     primitive.extensions.as_ref()?.others.get(name)
-}
-
-/// Whether a primitive that is compressed comes uncompressed as well.
-#[cfg(not(feature = "draco"))]
-fn has_fallback(document: &Document<'_>, primitive: &Primitive) -> bool {
-    let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map(|accessor| accessor.value());
-    let accessors = position.into_iter().chain(primitive.indices.map(|accessor| accessor.value()));
-    let mut views = accessors.map(|i| document.root.accessors.get(i).and_then(|accessor| accessor.buffer_view));
-    views.all(|view| view.is_some())
 }
 
 fn append(

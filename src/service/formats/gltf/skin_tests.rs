@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3};
 use serde_json::{Value, json};
 
+use super::super::beside::Alone;
 use super::super::format::QuadFormat;
 use super::super::model::{NodeTransform, Scene};
 use super::super::{glb_container, read_quads, write_model};
@@ -67,7 +68,7 @@ impl File {
     fn read(&self) -> Result<Model, ReadError> {
         let mut json = self.json.clone();
         json["buffers"][0]["byteLength"] = self.bin.len().into();
-        super::read(&glb_container::write(&json, self.bin.clone()), &NoFiles, &ReadLimits::default())
+        super::read(&glb_container::write(&json, self.bin.clone()), &Alone, &ReadLimits::default())
     }
 
     /// Read with something changed.
@@ -338,7 +339,7 @@ fn skins_names_and_positions_survive_being_written() {
         ..QuadAttributes::default()
     };
     let bytes = write_model(&mesh, &attributes, &model.scene, QuadFormat::Glb);
-    let again = super::read(&bytes, &NoFiles, &ReadLimits::default()).unwrap();
+    let again = super::read(&bytes, &Alone, &ReadLimits::default()).unwrap();
     assert_eq!(again.soup.positions, mesh.positions);
     assert_eq!(again.soup.skin, model.soup.skin);
     assert_eq!(again.soup.objects, model.soup.objects);
@@ -352,11 +353,11 @@ fn skins_names_and_positions_survive_being_written() {
     (0..12).for_each(|v| assert!(posed(&again, v).distance(posed(&model, v)) < 1e-9));
     // Once more, it is the same file.
     let twice = write_model(&mesh, &attributes, &again.scene, QuadFormat::Glb);
-    assert_eq!(super::read(&twice, &NoFiles, &ReadLimits::default()).unwrap(), again);
+    assert_eq!(super::read(&twice, &Alone, &ReadLimits::default()).unwrap(), again);
     // Without a skeleton weights mean nothing, without weights a skeleton.
     for (attributes, scene) in [(&attributes, Scene::default()), (&QuadAttributes::default(), model.scene.clone())] {
         let bytes = write_model(&mesh, attributes, &scene, QuadFormat::Glb);
-        assert!(super::read(&bytes, &NoFiles, &ReadLimits::default()).unwrap().soup.skin.is_empty());
+        assert!(super::read(&bytes, &Alone, &ReadLimits::default()).unwrap().soup.skin.is_empty());
         assert_eq!(read_quads(&bytes, QuadFormat::Glb).unwrap().positions, mesh.positions);
     }
 }
@@ -376,10 +377,10 @@ fn skins_without_a_common_root_get_one_and_animations_are_told() {
     let mesh = QuadMesh { positions: model.soup.positions.clone(), quads: vec![[0, 1, 2, 3]] };
     let attributes = QuadAttributes { skin: model.soup.skin.clone(), ..QuadAttributes::default() };
     let bytes = write_model(&mesh, &attributes, &model.scene, QuadFormat::Glb);
-    let again = super::read(&bytes, &NoFiles, &ReadLimits::default()).unwrap();
+    let again = super::read(&bytes, &Alone, &ReadLimits::default()).unwrap();
     let names: Vec<_> = again.scene.skeleton.nodes.iter().map(|n| n.name.as_deref().unwrap()).collect();
     assert_eq!(names, ["a", "b", "skeleton"]);
     assert_eq!(again.soup.skin, model.soup.skin);
     let twice = write_model(&mesh, &attributes, &again.scene, QuadFormat::Glb);
-    assert_eq!(super::read(&twice, &NoFiles, &ReadLimits::default()).unwrap(), again);
+    assert_eq!(super::read(&twice, &Alone, &ReadLimits::default()).unwrap(), again);
 }

@@ -1,4 +1,4 @@
-//! Where buffers come from: data URIs, and files that came in the same upload. There is no other way out of here.
+//! Where buffers come from: data URIs, and files beside the glTF. There is no other way out of here.
 
 use std::borrow::Cow;
 
@@ -7,27 +7,12 @@ use base64::alphabet::STANDARD;
 use base64::engine::general_purpose::GeneralPurpose;
 use base64::engine::{DecodePaddingMode, GeneralPurposeConfig};
 
+use super::super::beside::Beside;
 use super::super::error::ReadError;
 use super::malformed;
 
-/// The files that came with a glTF.
-pub(in super::super) trait Files {
-    /// The file at this relative path, of at most `limit` bytes. `None` if it did not come.
-    fn get(&self, path: &str, limit: u64) -> Result<Option<Vec<u8>>, ReadError>;
-}
-
-/// No files but the glTF itself.
-#[derive(Debug)]
-pub(in super::super) struct NoFiles;
-
-impl Files for NoFiles {
-    fn get(&self, _: &str, _: u64) -> Result<Option<Vec<u8>>, ReadError> {
-        Ok(None)
-    }
-}
-
 /// The bytes behind a URI, at most `limit` of them.
-pub(super) fn load(uri: &str, files: &dyn Files, place: &str, limit: u64) -> Result<Vec<u8>, ReadError> {
+pub(super) fn load(uri: &str, beside: &dyn Beside, place: &str, limit: u64) -> Result<Vec<u8>, ReadError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, data) = data.split_once(',').ok_or_else(|| malformed(place, "a data URI without a comma"))?;
         if kind.ends_with(";base64") {
@@ -41,11 +26,11 @@ pub(super) fn load(uri: &str, files: &dyn Files, place: &str, limit: u64) -> Res
     let path = percent_decoded(uri);
     let path = std::str::from_utf8(&path).map_err(|_| missing())?;
     let path = path.strip_prefix("./").unwrap_or(path);
-    // A scheme, a root or a way up leads out of the upload.
+    // A scheme, a root or a way up leads out of the folder.
     if path.contains([':', '\\']) || path.starts_with('/') || path.split('/').any(|part| part == "..") {
         return Err(missing());
     }
-    files.get(path, limit)?.ok_or_else(missing)
+    beside.get(path, limit)?.ok_or_else(missing)
 }
 
 fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
@@ -73,16 +58,17 @@ fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
 mod tests {
     use super::*;
 
+    #[derive(Debug)]
     struct OneFile;
 
-    impl Files for OneFile {
+    impl Beside for OneFile {
         fn get(&self, path: &str, _: u64) -> Result<Option<Vec<u8>>, ReadError> {
             Ok((path == "a b.bin").then(|| vec![7]))
         }
     }
 
     #[test]
-    fn only_data_and_files_of_the_upload_are_loaded() {
+    fn only_data_and_files_beside_are_loaded() {
         let load = |uri: &str| load(uri, &OneFile, "/buffers/0", 100);
         assert_eq!(load("data:application/octet-stream;base64,AQID").unwrap(), [1, 2, 3]);
         assert_eq!(load("data:;base64,AQI=").unwrap(), [1, 2]);
