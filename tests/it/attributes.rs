@@ -10,7 +10,7 @@ use crate::meshes::{glb, gltf, obj, surface};
 use crate::server::Server;
 
 /// Files of a job that has to succeed.
-async fn files(client: &Client, name: &str, mesh: &[u8], spec: &Value) -> Vec<(QuadFormat, Vec<u8>)> {
+pub(crate) async fn files(client: &Client, name: &str, mesh: &[u8], spec: &Value) -> Vec<(QuadFormat, Vec<u8>)> {
     let job = client.submit(name, mesh, spec).await;
     let done = client.finished(&job).await;
     assert_eq!(done["status"], "succeeded", "{}", done["problem"]);

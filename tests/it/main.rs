@@ -11,6 +11,7 @@ mod deadlines;
 mod draco;
 mod files;
 mod life;
+mod looks;
 mod meshes;
 mod program;
 mod real;

@@ -41,7 +41,9 @@ pub fn carry(
             centres.iter().map(of_quad).collect::<Vec<_>>()
         };
         if materials {
-            (carried.materials, carried.material_names) = only_used(of_polygons(&soup.materials), &soup.material_names);
+            (carried.materials, carried.material_numbers) = only_used(of_polygons(&soup.materials));
+            let name = |&m: &u32| soup.material_names[m as usize].clone();
+            carried.material_names = carried.material_numbers.iter().map(name).collect();
         }
         if !soup.objects.is_empty() {
             carried.objects = of_polygons(&soup.objects);
@@ -139,17 +141,11 @@ fn at_points<T: CornerValue>(points: &[Option<SurfacePoint>], of_faces: &[[T; 3]
     points.par_iter().map(value).collect()
 }
 
-/// Leaves out the names that no quad has; the others keep their order.
-fn only_used(mut materials: Vec<u32>, names: &[String]) -> (Vec<u32>, Vec<String>) {
-    let mut number = vec![NONE; names.len()];
-    for &m in &materials {
-        number[m as usize] = 0;
-    }
-    let mut kept = Vec::new();
-    for (number, name) in number.iter_mut().zip(names).filter(|(number, _)| **number == 0) {
-        *number = kept.len() as u32;
-        kept.push(name.clone());
-    }
-    materials.iter_mut().for_each(|m| *m = number[*m as usize]);
-    (materials, kept)
+/// The numbers that are there, in order, and per quad the place of its number among them.
+fn only_used(mut numbers: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
+    let mut used = numbers.clone();
+    used.sort_unstable();
+    used.dedup();
+    numbers.iter_mut().for_each(|m| *m = used.partition_point(|used| used < m) as u32);
+    (numbers, used)
 }

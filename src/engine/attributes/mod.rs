@@ -1,5 +1,5 @@
 //! What the input carries besides its shape, brought to the quads: materials, vertex colours, texture coordinates,
-//! weights of joints, and which object each quad belongs to.
+//! weights of joints, and which object each quad belongs to; and the normals of the quads, which come from their own shape.
 //!
 //! Files say these things of corners of polygons. [`Origin`] finds them again at the corners of the conditioned faces;
 //! [`carry`] samples them where the quads are. Borders between materials are features, so no quad crosses them; seams of
@@ -8,11 +8,13 @@
 mod carry;
 mod charts;
 mod corner_values;
+mod normals;
 mod origin;
 mod quad_attributes;
 #[cfg(test)]
 mod tests;
 
 pub use carry::carry;
+pub use normals::corner_normals;
 pub use origin::Origin;
 pub use quad_attributes::{Preserve, QuadAttributes};

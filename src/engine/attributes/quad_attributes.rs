@@ -28,6 +28,8 @@ pub struct QuadAttributes {
     pub materials: Vec<u32>,
     /// Names of the materials, each of at least one quad; the empty name stands for no material.
     pub material_names: Vec<String>,
+    /// Number that the input gives to each of these materials.
+    pub material_numbers: Vec<u32>,
     /// RGBA per vertex, 0 to 1, or empty.
     pub colours: Vec<[f32; 4]>,
     /// Texture coordinates per quad, in the order of its corners, v upwards; or empty.
@@ -36,10 +38,12 @@ pub struct QuadAttributes {
     pub skin: Vec<Influences>,
     /// Number of the input's object per quad, or empty if the input has no two.
     pub objects: Vec<u32>,
+    /// Unit normals per quad, in the order of its corners, see [`corner_normals`](super::corner_normals); or empty.
+    pub normals: Vec<[[f32; 3]; 4]>,
 }
 
 impl QuadAttributes {
-    /// Whether there is none.
+    /// Whether nothing is carried; normals are no attribute of the input.
     pub fn is_empty(&self) -> bool {
         let of_quads = self.materials.is_empty() && self.uv.is_empty() && self.objects.is_empty();
         of_quads && self.colours.is_empty() && self.skin.is_empty()

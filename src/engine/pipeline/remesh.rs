@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::engine::attributes::{Origin, Preserve, QuadAttributes, carry};
+use crate::engine::attributes::{Origin, Preserve, QuadAttributes, carry, corner_normals};
 use crate::engine::certify::certify;
 use crate::engine::field::strokes_off_surface;
 use crate::engine::mesh::Conditioned;
@@ -95,7 +95,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
         let cause: Vec<String> = certificate.violations.iter().map(ToString::to_string).collect();
         return Err(RemeshError::NotCertified { cause: cause.join("; ") });
     }
-    let attributes = if has_attributes(soup, spec.preserve) {
+    let mut attributes = if has_attributes(soup, spec.preserve) {
         // A surface that was mirrored is not the one that the attributes belong to.
         let own = (!spec.symmetry.is_empty()).then(|| SurfaceIndex::new(&surface.mesh));
         let origin = Origin::new(soup, &surface.mesh, &polygon, own.as_ref().unwrap_or(&index));
@@ -111,6 +111,13 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     } else {
         QuadAttributes::default()
     };
+    match ctx.stage(Stage::Write, || corner_normals(ctx, &made.quads, &made.feature_edges)) {
+        Err(Cancelled(StopReason::Deadline)) => {
+            let what = "the deadline passed before the quads had normals".to_owned();
+            warnings.push(WarningKind::AttributesLost { what }.into());
+        }
+        normals => attributes.normals = normals?,
+    }
     let features = FeatureReport::of(&surface.mesh, &dropped, &made.given_up, made.surface.features.edges.len());
     let result = Finding { quads: &made.quads, certificate: &certificate, surface: &made.surface, edge_length };
     warnings.extend(result.warnings(spec, &features));
@@ -148,6 +155,8 @@ struct Made {
     /// What they are to be judged by: features that were given up are gone.
     surface: Surface,
     quads: QuadMesh,
+    /// Edges of the quads on features that were kept, (lower, higher), sorted.
+    feature_edges: Vec<[u32; 2]>,
     /// Component of the surface per quad.
     component: Vec<u32>,
     map: Option<MapOutcome>,
@@ -179,7 +188,9 @@ fn make(
         draft.append(s.draft);
         component.resize(draft.mesh.quads.len(), c);
     }
-    Ok(Made { surface, quads: draft.mesh, component, map, levels, given_up, warnings })
+    let QuadDraft { mesh: quads, mut feature_edges, .. } = draft;
+    feature_edges.sort_unstable();
+    Ok(Made { surface, quads, feature_edges, component, map, levels, given_up, warnings })
 }
 
 /// Solves a part of a surface and adds its images; `None` with a warning if that does not make certified quads.
@@ -219,7 +230,7 @@ fn unfolded(made: Made, whole: &Surface, fold: &Fold) -> Option<Made> {
     let surface = unfold_surface(&made.surface, &fold.unfoldings)?;
     let asked = unfold_surface(&fold.surface, &fold.unfoldings)?;
     let given_up = asked.features.without(&surface.features).map(|e| middle(&surface.mesh, e)).collect();
-    let quads = unfold_quads(made.quads, &fold.unfoldings);
+    let (quads, feature_edges) = unfold_quads(made.quads, made.feature_edges, &fold.unfoldings);
     let map = made.map.map(|map| unfold_map(map, &fold.unfoldings));
     // A component of the whole may be several of the part, and the other way round.
     let (part_of, _) = fold.surface.mesh.components();
@@ -231,7 +242,7 @@ fn unfolded(made: Made, whole: &Surface, fold: &Fold) -> Option<Made> {
     let (component_of, index) = (whole.mesh.components().0, SurfaceIndex::new(&whole.mesh));
     let centre = |q: &[u32; 4]| q.iter().map(|&v| quads.positions[v as usize]).sum::<DVec3>() / 4.0;
     let component = quads.quads.iter().map(|q| component_of[index.closest(centre(q)).face as usize]).collect();
-    Some(Made { surface, quads, component, map, levels, given_up, warnings: made.warnings })
+    Some(Made { surface, quads, feature_edges, component, map, levels, given_up, warnings: made.warnings })
 }
 
 fn has_attributes(soup: &TriangleSoup, wanted: Preserve) -> bool {

@@ -11,7 +11,14 @@ use crate::engine::mesh::Influences;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::quad::QuadMesh;
 
-/// A cube whose sides have charts of their own, and materials that change from quad to quad; one of them has no name.
+/// One of the six directions along an axis.
+fn axis(i: usize) -> [f32; 3] {
+    let mut axis = [0.0; 3];
+    axis[i % 3] = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+    axis
+}
+
+/// A cube whose sides have charts of their own, normals that differ from quad to quad, and materials that change from quad to quad; one of them has no name.
 pub(super) fn painted() -> (QuadMesh, QuadAttributes) {
     let mesh = cube(3);
     let n = mesh.quads.len();
@@ -24,6 +31,7 @@ pub(super) fn painted() -> (QuadMesh, QuadAttributes) {
         uv: (0..n)
             .map(|q| [0, 1, 2, 3].map(|k| [(q / 9) as f32 + number(mesh.quads[q][k] as usize, 0) / 16.0, number(q, k)]))
             .collect(),
+        normals: (0..n).map(|q| mesh.quads[q].map(|v| axis(v as usize + 5 * (q % 3)))).collect(),
         ..QuadAttributes::default()
     };
     (mesh, attributes)
@@ -44,7 +52,7 @@ pub(super) fn rigged() -> (QuadMesh, QuadAttributes, Scene) {
     let moved = |y: f32| [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, y, 0.0, 1.0];
     let joints = (0..).zip([0.0, -0.5, -0.5]).map(|(node, y)| Joint { node, inverse_bind: moved(y) }).collect();
     let objects = vec![ObjectName::new("left leg", "leg"), ObjectName::new("right\nleg", "leg")];
-    (mesh, attributes, Scene { objects, skeleton: Skeleton { nodes, joints } })
+    (mesh, attributes, Scene { objects, skeleton: Skeleton { nodes, joints }, ..Scene::default() })
 }
 
 #[test]
@@ -62,7 +70,8 @@ fn names_and_skins_are_in_the_files_that_can_hold_them() {
         read_model(&bytes, Format::from_extension(format.extension()), &Alone, &ReadLimits::default()).unwrap()
     };
     let glb = read(QuadFormat::Glb);
-    assert_eq!((&glb.scene, &glb.soup.skin), (&scene, &attributes.skin));
+    assert_eq!((&glb.scene.objects, &glb.scene.skeleton), (&scene.objects, &scene.skeleton));
+    assert_eq!(glb.soup.skin, attributes.skin);
     let mut expected: Vec<_> = mesh.quads.iter().zip(&attributes.objects).map(|(q, &o)| (sorted(q), o)).collect();
     let mut made: Vec<_> = glb.soup.polygons().zip(&glb.soup.objects).map(|(q, &o)| (sorted(q), o)).collect();
     expected.sort_unstable();
@@ -116,14 +125,18 @@ fn components_of_one_object_have_different_names() {
     assert!(text.contains("\no arm\n"));
 }
 
-/// Quads by their corners, and what a soup says of them: the name of the material and coordinates per vertex.
-fn said(soup: &TriangleSoup) -> BTreeMap<Vec<u32>, (Option<String>, BTreeMap<u32, [f32; 2]>)> {
+/// The attributes of a polygon: the name of its material, and coordinates and normals per vertex.
+type PolygonAttributes = (Option<String>, BTreeMap<u32, [f32; 2]>, BTreeMap<u32, [f32; 3]>);
+
+/// What a soup says of its polygons, each by its corners.
+fn said(soup: &TriangleSoup) -> BTreeMap<Vec<u32>, PolygonAttributes> {
     let of_polygon = |p: usize| {
         let mut corners = soup.polygon(p).to_vec();
         let uv = soup.corners_of(p).filter_map(|c| Some((soup.indices[c], *soup.uv.get(c)?))).collect();
+        let normals = soup.corners_of(p).filter_map(|c| Some((soup.indices[c], *soup.normals.get(c)?))).collect();
         corners.sort_unstable();
         let name = soup.materials.get(p).map(|&m| soup.material_names[m as usize].clone());
-        (corners, (name, uv))
+        (corners, (name, uv, normals))
     };
     (0..soup.n_polygons()).map(of_polygon).collect()
 }
@@ -155,6 +168,8 @@ fn the_quads_of_every_format_are_the_same_with_attributes() {
         all.clone(),
         QuadAttributes { uv: all.uv.clone(), ..QuadAttributes::default() },
         QuadAttributes { uv: Vec::new(), ..all.clone() },
+        QuadAttributes { normals: all.normals.clone(), ..QuadAttributes::default() },
+        QuadAttributes { normals: Vec::new(), ..all.clone() },
         QuadAttributes { colours: all.colours.clone(), ..QuadAttributes::default() },
     ];
     for attributes in &some {
@@ -171,7 +186,7 @@ fn the_quads_of_every_format_are_the_same_with_attributes() {
 }
 
 #[test]
-fn obj_and_glb_hold_materials_colours_and_texture_coordinates() {
+fn obj_and_glb_hold_materials_colours_normals_and_texture_coordinates() {
     let (mesh, attributes) = painted();
     for format in [QuadFormat::Obj, QuadFormat::Glb] {
         let soup = read_back(&write_quads(&mesh, &attributes, format), format);
@@ -179,14 +194,15 @@ fn obj_and_glb_hold_materials_colours_and_texture_coordinates() {
         for (q, quad) in mesh.quads.iter().enumerate() {
             let mut key = quad.to_vec();
             key.sort_unstable();
-            let (name, uv) = &said[&key];
+            let (name, uv, normals) = &said[&key];
             let expected = attributes.material_names[attributes.materials[q] as usize].as_str();
             let expected = match format {
                 QuadFormat::Obj => {
-                    if expected.is_empty() {
-                        "default"
-                    } else {
-                        expected.trim()
+                    match expected {
+                        "" => "default",
+                        // Without its space it would be the name of another.
+                        "2nd " => "2nd_2",
+                        name => name,
                     }
                 }
                 _ => expected,
@@ -195,6 +211,7 @@ fn obj_and_glb_hold_materials_colours_and_texture_coordinates() {
             for (k, &v) in quad.iter().enumerate() {
                 let (a, b) = (uv[&v], attributes.uv[q][k]);
                 assert!((a[0] - b[0]).abs() == 0.0 && (a[1] - b[1]).abs() < 1e-6, "{format:?}: {a:?}, {b:?}");
+                assert_eq!(normals[&v], attributes.normals[q][k], "{format:?}");
             }
         }
         for (made, colour) in soup.colours.iter().zip(&attributes.colours) {
@@ -223,7 +240,9 @@ fn usda_holds_primvars_and_subsets() {
     let list = |line: &str| line.split_once("= [").unwrap().1.split(']').next().unwrap().to_owned();
     let line =
         |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name}"));
-    assert_eq!(list(line("texCoord2f[] primvars:st")).split("), (").count(), 4 * mesh.quads.len());
+    for name in ["texCoord2f[] primvars:st", "normal3f[] normals"] {
+        assert_eq!(list(line(name)).split("), (").count(), 4 * mesh.quads.len());
+    }
     assert_eq!(list(line("color3f[] primvars:displayColor")).split("), (").count(), mesh.positions.len());
     assert_eq!(list(line("float[] primvars:displayOpacity")).split(", ").count(), mesh.positions.len());
     let subsets: Vec<Vec<usize>> = text

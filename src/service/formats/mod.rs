@@ -3,12 +3,14 @@
 
 mod archive;
 mod beside;
-mod corner_uv;
+mod corner_values;
 mod error;
 mod format;
 mod glb_container;
+mod glb_looks;
 mod glb_skin;
 mod gltf;
+mod looks;
 mod map;
 mod map_glb;
 mod map_json;
@@ -32,6 +34,7 @@ pub use archive::pack;
 pub use beside::{Alone, Beside};
 pub use error::ReadError;
 pub use format::{Format, MapFormat, QuadFormat};
+pub use looks::{Encoding, Image, Look, Looks, Texture};
 pub use map::{MapView, write_map};
 pub use model::{Joint, Model, NodeTransform, ObjectName, Scene, Skeleton, SkeletonNode};
 pub use quads::{read_quads, write_model, write_quads};

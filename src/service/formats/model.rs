@@ -1,5 +1,6 @@
 //! What a file says: polygons for the engine, and what they refer to by number.
 
+use super::looks::Looks;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::run::Warning;
 
@@ -11,19 +12,21 @@ const LONGEST_NAME: usize = 256;
 pub struct Model {
     /// Its polygons.
     pub soup: TriangleSoup,
-    /// What the polygons' objects and joints are.
+    /// What the polygons' objects, joints and materials are.
     pub scene: Scene,
     /// What the file holds and quads cannot carry.
     pub warnings: Vec<Warning>,
 }
 
-/// What the numbers of objects and joints stand for. The engine knows the numbers only.
+/// What the numbers of objects, joints and materials stand for. The engine knows the numbers only.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Names of the objects. A single one has all polygons, and the soup says nothing of it.
     pub objects: Vec<ObjectName>,
     /// What the joints are.
     pub skeleton: Skeleton,
+    /// What the materials look like.
+    pub looks: Looks,
 }
 
 impl Scene {

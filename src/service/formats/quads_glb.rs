@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::corner_uv::CornerUv;
+use super::corner_values::CornerValues;
 use super::model::Scene;
-use super::{glb_container, glb_skin, ngon};
+use super::{glb_container, glb_looks, glb_skin, ngon};
 use crate::engine::attributes::QuadAttributes;
 use crate::engine::quad::QuadMesh;
 
@@ -17,7 +17,7 @@ const NO_NAME: &str = "quads";
 /// Triangles with `FB_ngon_encoding`. Positions are rounded to single precision, the only one glTF knows; vertices stay
 /// apart even where they round to the same point.
 ///
-/// Where vertices have copies for the sake of texture coordinates, the primitives' attribute `_VERTEX` holds the low
+/// Where vertices have copies for the sake of normals and texture coordinates, the primitives' attribute `_VERTEX` holds the low
 /// and the high half of the index of the vertex itself; the extras of `FB_ngon_encoding` name its accessor.
 ///
 /// Every object is a node with a mesh of one primitive per material; all primitives share the accessors of the vertices.
@@ -28,8 +28,8 @@ pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes, scene: &Scene)
         // glTF knows no empty mesh.
         return glb_container::write(&json!({"asset": asset()}), Vec::new());
     }
-    let uv = (!attributes.uv.is_empty()).then(|| CornerUv::of(mesh, &attributes.uv));
-    let copies = uv.as_ref().map_or(&[][..], |uv| uv.copies(mesh));
+    let split = split_vertices(mesh, attributes);
+    let copies = split.as_ref().map_or(&[][..], |split| split.copies(mesh));
     let vertices = || (0..mesh.positions.len()).chain(copies.iter().map(|&v| v as usize));
     let (n, m) = (mesh.positions.len() + copies.len(), mesh.quads.len());
     let mut file = File { bin: Vec::with_capacity(12 * n + 24 * m), views: Vec::new(), accessors: Vec::new() };
@@ -41,16 +41,22 @@ pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes, scene: &Scene)
     }));
     let names = scene.names(&attributes.objects);
     let names = if names.len() > MOST_OBJECTS { &[] } else { names };
-    let groups = push_indices(&mut file, mesh, attributes, !names.is_empty(), uv.as_ref());
+    let groups = push_indices(&mut file, mesh, attributes, !names.is_empty(), split.as_ref());
 
     let mut shared = json!({"POSITION": 0});
     if !attributes.colours.is_empty() {
         let colours = vertices().flat_map(|v| attributes.colours[v]);
         shared["COLOR_0"] = file.floats(colours, n, "VEC4").into();
     }
-    if let Some(uv) = &uv {
+    let values = || split.iter().flat_map(|split| &split.values);
+    if !attributes.normals.is_empty() {
+        // Normals have a length, also those of vertices without quads.
+        let normal = |&[x, y, z, ..]: &[f32; 5]| if [x, y, z] == [0.0; 3] { [0.0, 0.0, 1.0] } else { [x, y, z] };
+        shared["NORMAL"] = file.floats(values().flat_map(normal), n, "VEC3").into();
+    }
+    if !attributes.uv.is_empty() {
         // glTF counts v downwards from 1.
-        shared["TEXCOORD_0"] = file.floats(uv.values.iter().flat_map(|&[u, v]| [u, 1.0 - v]), n, "VEC2").into();
+        shared["TEXCOORD_0"] = file.floats(values().flat_map(|&[.., u, v]| [u, 1.0 - v]), n, "VEC2").into();
     }
     let n_joints = scene.skeleton.joints.len();
     let is_skinned = !attributes.skin.is_empty() && n_joints > 0;
@@ -61,20 +67,20 @@ pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes, scene: &Scene)
         shared["WEIGHTS_0"] = weights.into();
     }
     let mut ngon = json!({});
-    if let Some(uv) = uv.as_ref().filter(|_| !copies.is_empty()) {
+    if let Some(split) = split.as_ref().filter(|_| !copies.is_empty()) {
         let start = file.bin.len();
-        file.bin.extend(uv.vertex.iter().flat_map(|v| v.to_le_bytes()));
+        file.bin.extend(split.vertex.iter().flat_map(|v| v.to_le_bytes()));
         let view = file.view(start, Some(34962));
         let accessor = file.accessor(json!({"bufferView": view, "componentType": 5123, "count": n, "type": "VEC2"}));
         shared["_VERTEX"] = accessor.into();
         ngon = json!({"extras": {"vertices": accessor}});
     }
-    let (materials, material_of) = materials(attributes);
+    let looks = glb_looks::push(&mut file, attributes, &scene.looks);
     let primitive = |group: &Group| {
         let mut primitive = json!({
             "attributes": shared, "indices": group.indices, "mode": 4, "extensions": {"FB_ngon_encoding": ngon},
         });
-        if let Some(number) = group.material.and_then(|m| material_of[m as usize]) {
+        if let Some(number) = group.material.and_then(|m| looks.numbers[m as usize]) {
             primitive["material"] = number.into();
         }
         primitive
@@ -108,13 +114,25 @@ pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes, scene: &Scene)
         "bufferViews": file.views,
         "buffers": [{"byteLength": file.bin.len()}],
     });
-    if !materials.is_empty() {
-        json["materials"] = materials.into();
-    }
+    looks.add_to(&mut json);
     if !skins.is_empty() {
         json["skins"] = skins.into();
     }
     glb_container::write(&json, file.bin)
+}
+
+/// The vertices, split where normals or texture coordinates differ: both as one value per corner, so that a vertex has as few
+/// copies as may be, with zeros for what there is not. `None` if there is neither.
+fn split_vertices(mesh: &QuadMesh, attributes: &QuadAttributes) -> Option<CornerValues<5>> {
+    let QuadAttributes { normals, uv, .. } = attributes;
+    if normals.is_empty() && uv.is_empty() {
+        return None;
+    }
+    let of_quad = |q: usize| {
+        let (normals, uv) = (normals.get(q).copied().unwrap_or_default(), uv.get(q).copied().unwrap_or_default());
+        std::array::from_fn(|k| [normals[k][0], normals[k][1], normals[k][2], uv[k][0], uv[k][1]])
+    };
+    Some(CornerValues::of(mesh, (0..mesh.quads.len()).map(of_quad)))
 }
 
 /// A file under construction.
@@ -137,6 +155,11 @@ impl File {
         }
         self.views.push(view);
         self.views.len() - 1
+    }
+
+    /// Fills up to where numbers may stand.
+    pub(super) fn align(&mut self) {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
     }
 
     pub(super) fn accessor(&mut self, accessor: Value) -> usize {
@@ -166,7 +189,7 @@ fn push_indices(
     mesh: &QuadMesh,
     attributes: &QuadAttributes,
     by_object: bool,
-    uv: Option<&CornerUv>,
+    split: Option<&CornerValues<5>>,
 ) -> Vec<Group> {
     let start = file.bin.len();
     let object = |q: usize| attributes.objects.get(q).copied().filter(|_| by_object).unwrap_or(0);
@@ -181,7 +204,7 @@ fn push_indices(
         ngon::first_corners(&QuadMesh { positions: mesh.positions.clone(), quads })
     };
     for (&q, first) in order.iter().zip(first) {
-        let quad = uv.map_or(mesh.quads[q], |uv| uv.corners[q]);
+        let quad = split.map_or(mesh.quads[q], |split| split.corners[q]);
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| quad[(first as usize + k) % 4].to_le_bytes());
         for index in [a, b, c, a, c, d] {
             file.bin.extend_from_slice(&index);
@@ -202,21 +225,6 @@ fn push_indices(
         Group { object, material, indices: file.accessor(accessor) }
     });
     groups.collect()
-}
-
-/// The materials of the file, which are names only, and per material of the quads its number there.
-fn materials(attributes: &QuadAttributes) -> (Vec<Value>, Vec<Option<usize>>) {
-    let mut written = Vec::new();
-    let number = attributes.material_names.iter().map(|name| {
-        // Left to itself, glTF takes surfaces for polished metal.
-        let matt = json!({"name": name, "pbrMetallicRoughness": {"metallicFactor": 0.0}});
-        (!name.is_empty()).then(|| {
-            written.push(matt);
-            written.len() - 1
-        })
-    });
-    let number = number.collect();
-    (written, number)
 }
 
 pub(super) fn asset() -> serde_json::Value {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::corner_uv::CornerUv;
+use super::corner_values::CornerValues;
 use super::model::Scene;
 use super::precision::{Precision, Shortest};
 use super::text_writer::{push, push_line};
@@ -26,14 +26,19 @@ pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes, scene: &Scene
         }
         out.push(b'\n');
     }
-    let uv = (!attributes.uv.is_empty()).then(|| CornerUv::of(quads, &attributes.uv));
+    let uv = of_corners(quads, &attributes.uv);
     for &[u, v] in uv.iter().flat_map(|uv| &uv.values) {
         push_line(&mut out, format_args!("vt {} {}", Shortest(u), Shortest(v)));
+    }
+    let normals = of_corners(quads, &attributes.normals);
+    for &[x, y, z] in normals.iter().flat_map(|normals| &normals.values) {
+        push_line(&mut out, format_args!("vn {} {} {}", Shortest(x), Shortest(y), Shortest(z)));
     }
     let component = components(quads);
     let material = |q: u32| attributes.materials.get(q as usize).copied();
     let mut order: Vec<u32> = (0..quads.quads.len() as u32).collect();
     order.sort_by_key(|&q| (component[q as usize], material(q)));
+    let names = material_names(attributes);
     let (mut current, mut current_material) = (None, None);
     let (objects, mut taken) = (scene.names(&attributes.objects), BTreeMap::new());
     for q in order {
@@ -46,20 +51,39 @@ pub(super) fn write(quads: &QuadMesh, attributes: &QuadAttributes, scene: &Scene
         }
         if material(q) != current_material {
             current_material = material(q);
-            let name = material(q).and_then(|m| attributes.material_names.get(m as usize));
-            let name = name.and_then(|name| written_name(name)).unwrap_or_else(|| NO_MATERIAL.to_owned());
+            let name = material(q).and_then(|m| names.get(m as usize)).map_or(NO_MATERIAL, String::as_str);
             push_line(&mut out, format_args!("usemtl {name}"));
         }
-        let [a, b, c, d] = quads.quads[q as usize].map(|v| u64::from(v) + 1);
-        match &uv {
-            None => push_line(&mut out, format_args!("f {a} {b} {c} {d}")),
-            Some(uv) => {
-                let [k, l, m, n] = uv.corners[q as usize].map(|v| u64::from(v) + 1);
-                push_line(&mut out, format_args!("f {a}/{k} {b}/{l} {c}/{m} {d}/{n}"));
+        out.push(b'f');
+        for (k, v) in quads.quads[q as usize].into_iter().enumerate() {
+            let of_corner = |corners: &[[u32; 4]]| u64::from(corners[q as usize][k]) + 1;
+            let (vt, vn) =
+                (uv.as_ref().map(|uv| of_corner(&uv.corners)), normals.as_ref().map(|n| of_corner(&n.corners)));
+            let v = u64::from(v) + 1;
+            match (vt, vn) {
+                (None, None) => push(&mut out, format_args!(" {v}")),
+                (Some(vt), None) => push(&mut out, format_args!(" {v}/{vt}")),
+                (None, Some(vn)) => push(&mut out, format_args!(" {v}//{vn}")),
+                (Some(vt), Some(vn)) => push(&mut out, format_args!(" {v}/{vt}/{vn}")),
             }
         }
+        out.push(b'\n');
     }
     out
+}
+
+/// Values of corners with their numbers; `None` if there are none.
+fn of_corners<const N: usize>(quads: &QuadMesh, values: &[[[f32; N]; 4]]) -> Option<CornerValues<N>> {
+    (!values.is_empty()).then(|| CornerValues::of(quads, values.iter().copied()))
+}
+
+/// A name for each material; materials of the same name stay different.
+fn material_names(attributes: &QuadAttributes) -> Vec<String> {
+    let mut taken = BTreeMap::new();
+    let name = |name: &String| {
+        written_name(name).map_or_else(|| NO_MATERIAL.to_owned(), |name| unlike_others(name, &mut taken))
+    };
+    attributes.material_names.iter().map(name).collect()
 }
 
 /// A name on one line that is not continued on the next; `None` if nothing is left of it.
@@ -69,7 +93,7 @@ fn written_name(name: &str) -> Option<String> {
     (!line.is_empty()).then(|| line.to_owned())
 }
 
-/// A name that no object has yet: the second `arm` is `arm_2`. Per name, `taken` holds how often it was asked for.
+/// A name that nothing has yet: the second `arm` is `arm_2`. Per name, `taken` holds how often it was asked for.
 fn unlike_others(name: String, taken: &mut BTreeMap<String, u32>) -> String {
     loop {
         let times = taken.entry(name.clone()).or_insert(0);

@@ -25,7 +25,7 @@ const HEADER: &[u8] = b"#usda 1.0\n(\n    defaultPrim = \"quads\"\n    metersPer
 /// else; where the positions need more digits the text holds them all the same, so that a reader in double precision finds
 /// the same numbers.
 ///
-/// Colours are `displayColor`, texture coordinates `st` per corner; materials are subsets of the faces bound to prims
+/// Colours are `displayColor`, texture coordinates `st` and `normals` per corner; materials are subsets of the faces bound to prims
 /// that hold nothing but the name. Vertices belong to one mesh each in this format: those of quads of several objects are
 /// in each, and an attribute says which vertex of the whole a point is.
 pub(super) fn write(mesh: &QuadMesh, attributes: &QuadAttributes, scene: &Scene) -> Vec<u8> {
@@ -119,6 +119,11 @@ fn push_primvars(out: &mut Vec<u8>, attributes: &QuadAttributes, part: &Part) {
             let alphas = colours().map(|[.., alpha]| Shortest(alpha));
             push_primvar(out, "float[] primvars:displayOpacity", "vertex", alphas);
         }
+    }
+    if !attributes.normals.is_empty() {
+        let corners = part.quads.iter().flat_map(|&q| attributes.normals[q as usize]);
+        let corners = corners.map(|normal| Tuple(normal.map(Shortest)));
+        push_primvar(out, "normal3f[] normals", "faceVarying", corners);
     }
     if !attributes.uv.is_empty() {
         let corners = part.quads.iter().flat_map(|&q| attributes.uv[q as usize]);

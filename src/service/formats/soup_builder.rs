@@ -27,6 +27,14 @@ impl Default for ReadLimits {
     }
 }
 
+/// What makes materials the same.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum MaterialKey {
+    Name(String),
+    /// In the list of the file.
+    Index(usize),
+}
+
 /// A soup under construction that never grows beyond its limits.
 #[derive(Debug)]
 pub(super) struct SoupBuilder {
@@ -36,7 +44,7 @@ pub(super) struct SoupBuilder {
     triangles: u64,
     primitives: u64,
     material: Option<u32>,
-    material_numbers: BTreeMap<String, u32>,
+    material_numbers: BTreeMap<MaterialKey, u32>,
     /// The object that polygons belong to from now on; those of earlier objects are filled in when it changes.
     object: u32,
     /// Empty as long as no object was named.
@@ -129,23 +137,43 @@ impl SoupBuilder {
         self.object = number;
     }
 
-    /// Polygons from now on are of this material.
+    /// Polygons from now on are of the material of this name.
     pub(super) fn material(&mut self, name: &str) {
-        if self.material.is_none() && self.soup.n_polygons() > 0 {
-            let unnamed = self.material_index("");
-            self.soup.materials.resize(self.soup.n_polygons(), unnamed);
-        }
-        self.material = Some(self.material_index(name));
+        self.set_material(MaterialKey::Name(name.to_owned()), name);
     }
 
-    fn material_index(&mut self, name: &str) -> u32 {
-        if let Some(&known) = self.material_numbers.get(name) {
-            return known;
+    /// Polygons from now on are of this material of the file, which may have materials of the same name.
+    pub(super) fn material_of_file(&mut self, index: usize, name: &str) {
+        self.set_material(MaterialKey::Index(index), name);
+    }
+
+    fn set_material(&mut self, key: MaterialKey, name: &str) {
+        if self.material.is_none() && self.soup.n_polygons() > 0 {
+            let unnamed = self.material_number(MaterialKey::Name(String::new()), "");
+            self.soup.materials.resize(self.soup.n_polygons(), unnamed);
         }
-        let number = self.soup.material_names.len() as u32;
-        self.soup.material_names.push(name.to_owned());
-        self.material_numbers.insert(name.to_owned(), number);
-        number
+        self.material = Some(self.material_number(key, name));
+    }
+
+    fn material_number(&mut self, key: MaterialKey, name: &str) -> u32 {
+        let names = &mut self.soup.material_names;
+        *self.material_numbers.entry(key).or_insert_with(|| {
+            names.push(name.to_owned());
+            names.len() as u32 - 1
+        })
+    }
+
+    /// Per material of the soup its index in the file; none for those that no polygon has or that have only a name.
+    pub(super) fn materials_of_file(&self) -> Vec<Option<usize>> {
+        let mut used = vec![false; self.soup.material_names.len()];
+        self.soup.materials.iter().for_each(|&m| used[m as usize] = true);
+        let mut indices = vec![None; used.len()];
+        for (key, &number) in &self.material_numbers {
+            if let MaterialKey::Index(index) = key {
+                indices[number as usize] = used[number as usize].then_some(*index);
+            }
+        }
+        indices
     }
 
     /// Appends a polygon whose corners are known, or will be shown by [`Self::finish`], to be in range. Fewer than

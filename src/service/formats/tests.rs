@@ -33,6 +33,18 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         "bufferViews": [{"buffer": 0, "byteLength": 36, "extensions": {"EXT_meshopt_compression": compressed}}],
         "buffers": [{"byteLength": n, "uri": format!("data:;base64,{data}")}],
     });
+    let png = "data:image/png;base64,iVBORw0KGgo=";
+    let textured = json!({
+        "asset": {"version": "2.0"},
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "accessors": [{"count": 3, "componentType": 5126, "type": "VEC3"}],
+        "materials": [{"normalTexture": {"index": 0, "scale": 2.0}, "extensions": {"KHR_materials_clearcoat":
+            {"clearcoatTexture": {"index": 1, "extensions": {"KHR_texture_transform": {"rotation": 1}}}}}}],
+        "textures": [{"source": 0, "sampler": 0}, {"extensions": {"EXT_texture_webp": {"source": 1}}}],
+        "samplers": [{"wrapS": 33071}], "images": [{"uri": png}, {"bufferView": 0}],
+        "bufferViews": [{"buffer": 0, "byteLength": 12}],
+        "buffers": [{"byteLength": 12, "uri": "data:;base64,UklGRgQAAABXRUJQ"}],
+    });
     let (painted, attributes) = super::attribute_tests::painted();
     let (mesh_of_rig, rig, scene) = super::attribute_tests::rigged();
     vec![
@@ -42,6 +54,7 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         (Format::Obj, obj),
         (Format::Glb, glb),
         (Format::Gltf, meshopt.to_string().into_bytes()),
+        (Format::Gltf, textured.to_string().into_bytes()),
         (Format::Glb, with_square(|map| write_map(map, MapFormat::Glb))),
         (Format::Obj, with_square(|map| write_map(map, MapFormat::Obj))),
         (Format::Ply, write_quads(&mesh, &QuadAttributes::default(), QuadFormat::Ply)),

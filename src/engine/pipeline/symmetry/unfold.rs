@@ -57,23 +57,36 @@ pub(in crate::engine::pipeline) fn unfold_surface(part: &Surface, unfoldings: &[
     Some(surface)
 }
 
-/// The quads of the whole; those of the part come first. Coordinates across the planes are rounded such that images are
-/// exact.
-pub(in crate::engine::pipeline) fn unfold_quads(mut quads: QuadMesh, unfoldings: &[Unfolding]) -> QuadMesh {
+/// The quads of the whole and their feature edges; those of the part come first. Coordinates across the planes are rounded
+/// such that images are exact. Where the whole has features on a plane, all edges there are taken for some.
+pub(in crate::engine::pipeline) fn unfold_quads(
+    mut quads: QuadMesh,
+    mut features: Vec<[u32; 2]>,
+    unfoldings: &[Unfolding],
+) -> (QuadMesh, Vec<[u32; 2]>) {
     for Unfolding { mirror, .. } in unfoldings {
         quads.positions.iter_mut().for_each(|p| *p = mirror.exact(*p));
     }
-    for Unfolding { mirror, .. } in unfoldings {
+    for Unfolding { mirror, on_plane: features_on_plane } in unfoldings {
         let is_on_plane = on_plane(*mirror, &quads.positions, &quads.quads);
         for (p, _) in quads.positions.iter_mut().zip(&is_on_plane).filter(|(_, on_plane)| **on_plane) {
             *p = mirror.foot(*p);
         }
         let (positions, image) = doubled(*mirror, &quads.positions, &is_on_plane);
+        let mut both: Vec<[u32; 2]> = features.iter().flat_map(|e| [*e, e.map(|v| image[v as usize])]).collect();
+        if !features_on_plane.is_empty() {
+            let sides = boundary_sides(&quads.quads).into_iter();
+            let sides = sides.map(|(q, k)| [quads.quads[q][k], quads.quads[q][(k + 1) % 4]]);
+            both.extend(sides.filter(|e| e.iter().all(|&v| is_on_plane[v as usize])));
+        }
+        features = both.into_iter().map(|[a, b]| [a.min(b), a.max(b)]).collect();
         let images = quads.quads.iter().map(|&[a, b, c, d]| [a, d, c, b].map(|v| image[v as usize]));
         quads.quads = quads.quads.iter().copied().chain(images).collect();
         quads.positions = positions;
     }
-    quads
+    features.sort_unstable();
+    features.dedup();
+    (quads, features)
 }
 
 /// The map of the whole: images have (−u, v) in place of (u, v), in charts of their own. On the plane u or v is an

@@ -30,6 +30,8 @@ const HARMLESS: [&str; 9] = [
 /// A glTF with its buffers.
 pub(super) struct Document<'a> {
     pub(super) root: Root,
+    /// What the root was parsed from.
+    pub(super) json: &'a [u8],
     pub(super) limits: ReadLimits,
     bin: Option<&'a [u8]>,
     beside: &'a dyn Beside,
@@ -68,6 +70,7 @@ impl<'a> Document<'a> {
         let decompressed = root.buffer_views.iter().map(|_| OnceCell::new()).collect();
         Ok(Self {
             root,
+            json,
             limits: *limits,
             bin,
             beside,
@@ -84,6 +87,14 @@ impl<'a> Document<'a> {
         within("bytes unpacked", self.unpacked.get(), self.limits.max_bytes_unpacked)
     }
 
+    /// The bytes behind a URI; they count as unpacked.
+    pub(super) fn load(&self, uri: &str, place: &str) -> Result<Vec<u8>, ReadError> {
+        let left = self.limits.max_bytes_unpacked.saturating_sub(self.unpacked.get());
+        let bytes = uri::load(uri, self.beside, place, left)?;
+        self.unpack(bytes.len() as u64)?;
+        Ok(bytes)
+    }
+
     /// The bytes of buffer `i`, which `from` asks for.
     fn buffer(&self, i: usize, from: &str) -> Result<&[u8], ReadError> {
         let place = format!("/buffers/{i}");
@@ -92,9 +103,7 @@ impl<'a> Document<'a> {
             (Some(uri), _) => match self.loaded[i].get() {
                 Some(bytes) => bytes.as_slice(),
                 None => {
-                    let left = self.limits.max_bytes_unpacked.saturating_sub(self.unpacked.get());
-                    let bytes = uri::load(uri, self.beside, &place, left)?;
-                    self.unpack(bytes.len() as u64)?;
+                    let bytes = self.load(uri, &place)?;
                     self.loaded[i].get_or_init(|| bytes)
                 }
             },

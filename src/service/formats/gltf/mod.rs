@@ -1,5 +1,5 @@
-//! Reading glTF 2.0: JSON or GLB, all that bears on where the surface is and what moves it. Of materials the names are
-//! read; animations, cameras and morph targets are passed over; skinned meshes are read in their bind pose.
+//! Reading glTF 2.0: JSON or GLB, all that bears on where the surface is, what moves it and what it looks like. Animations,
+//! cameras and morph targets are passed over; skinned meshes are read in their bind pose.
 //!
 //! The crate `gltf` parses the JSON, without its validation, which refuses every required extension it was not compiled
 //! with. So nothing is trusted here: every index, offset, stride and count is checked where it is used.
@@ -9,6 +9,8 @@ mod bind;
 mod document;
 mod draco;
 mod influences;
+mod looks;
+mod material;
 mod matrix;
 mod meshopt;
 mod primitive;
@@ -17,7 +19,8 @@ mod uri;
 mod values;
 
 use gltf::json::Root;
-use gltf::json::mesh::Primitive;
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::validation::Checked;
 
 use super::beside::Beside;
 use super::error::ReadError;
@@ -45,9 +48,11 @@ pub(super) fn read(bytes: &[u8], beside: &dyn Beside, limits: &ReadLimits) -> Re
         builder.new_object(name(&document.root, instance));
         primitive::append_mesh(&document, instance, &mut binder, &mut shared, &mut builder)?;
     }
+    let materials = builder.materials_of_file();
     let mut model = builder.finish_model(GLTF)?;
     model.scene.skeleton = binder.finish();
     model.warnings = left_behind(&document.root);
+    model.scene.looks = looks::read(&document, &materials, &mut model.warnings)?;
     Ok(model)
 }
 
@@ -65,7 +70,10 @@ fn left_behind(root: &Root) -> Vec<Warning> {
     let animations = (!root.animations.is_empty()).then_some("animations are not carried to the quads");
     let targets =
         has_targets.then_some("morph targets are not carried to the quads, which have the shape without them");
-    let lost = animations.into_iter().chain(targets).map(str::to_owned);
+    let second = Checked::Valid(Semantic::TexCoords(1));
+    let has_second = root.meshes.iter().any(|mesh| mesh.primitives.iter().any(|p| p.attributes.contains_key(&second)));
+    let second = has_second.then_some("of several sets of texture coordinates only the first is carried to the quads");
+    let lost = animations.into_iter().chain(targets).chain(second).map(str::to_owned);
     lost.map(|what| WarningKind::AttributesLost { what }.into()).collect()
 }
 
@@ -73,6 +81,8 @@ fn malformed(place: impl Into<String>, cause: impl Into<String>) -> ReadError {
     ReadError::malformed(GLTF, place, cause)
 }
 
+#[cfg(test)]
+mod looks_tests;
 #[cfg(test)]
 mod skin_tests;
 #[cfg(test)]

@@ -118,7 +118,8 @@ fn name_material(
     let materials = &document.root.materials;
     if let Some(index) = primitive.material.map(|material| material.value()) {
         let material = materials.get(index).ok_or_else(|| missing(place, "material", index))?;
-        builder.material(&material.name.clone().unwrap_or_else(|| format!("material_{index}")));
+        let name = material.name.clone().filter(|name| !name.is_empty());
+        builder.material_of_file(index, &name.unwrap_or_else(|| format!("material_{index}")));
     } else if !materials.is_empty() {
         builder.material("");
     }

@@ -175,7 +175,7 @@ fn joints_weights_and_the_skeleton_of_every_type() {
         for (made, expected) in model.soup.skin.iter().zip(&expected) {
             assert!(made.difference(expected) < 0.003, "{kind}: {made:?} instead of {expected:?}");
         }
-        let Scene { objects, skeleton } = &model.scene;
+        let Scene { objects, skeleton, .. } = &model.scene;
         assert_eq!(objects[0].node, "trousers");
         assert!(model.soup.objects.is_empty() && model.warnings.is_empty());
         let nodes: Vec<_> = skeleton.nodes.iter().map(|n| (n.name.as_deref().unwrap(), n.parent)).collect();
