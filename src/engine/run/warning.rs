@@ -17,7 +17,10 @@ macro_rules! warnings {
         #[derive(Clone, Debug, PartialEq)]
         pub enum WarningKind { $(
             $(#[doc = $doc])*
-            $kind { $($number: $number_type,)* $($text: String,)* },
+            $kind {
+                $(#[doc = "A number of the message."] $number: $number_type,)*
+                $(#[doc = "A text of the message."] $text: String,)*
+            },
         )* }
 
         impl WarningKind {
