@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(joined(&seam(&[1.0], 0.0)), (1, 1, 1));
         assert_eq!(joined(&seam(&[0.5, 1.0, 2.75], 1e-7)), (3, 1, 1));
         // A slit that can be seen stays one.
-        assert_eq!(joined(&seam(&[1.0], 0.01)), (0, 2, 1));
+        assert_eq!(joined(&seam(&[1.0], 0.01)), (0, 2, 2));
     }
 
     #[test]
