@@ -7,14 +7,13 @@ use std::time::{Duration, SystemTime};
 
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
-use tokio_util::sync::CancellationToken;
 
 use crate::service::app::{AppError, Running};
 use crate::service::config::Config;
-use crate::service::http::{HttpState, router};
+use crate::service::http::{HttpState, Readiness, router, serve};
 use crate::service::jobs::{Desk, Driver, EnginePool, Live, SqliteQueue, TicketQueue, Worker, sweep_until};
 use crate::service::run::{EngineDriver, read_limits};
-use crate::service::store::Store;
+use crate::service::store::{Store, private_folder};
 
 /// An upload that is older than this was left behind by a process that is gone.
 const STALE_UPLOAD: Duration = Duration::from_secs(3600);
@@ -56,12 +55,13 @@ pub async fn start_with(config: Config, role: Role, driver: Arc<dyn Driver>) -> 
             desk: desk.clone(),
             driver: Arc::clone(&driver),
             uploads,
+            readiness: Arc::new(Readiness::default()),
             readers: Arc::new(Semaphore::new(config.engine.threads.max(2))),
             stop: stop.clone(),
         };
         let (listener, address) = listen(config.listen).await?;
         running.listens_on(address);
-        running.add(serve(listener, state, stop.clone()));
+        running.add(serve(listener, router(state), config.limits, stop.clone()));
         tracing::info!(%address, "listening");
     }
 
@@ -87,17 +87,10 @@ async fn listen(address: SocketAddr) -> Result<(TcpListener, SocketAddr), AppErr
     Ok((listener, actual))
 }
 
-async fn serve(listener: TcpListener, state: HttpState, stop: CancellationToken) {
-    let served = axum::serve(listener, router(state)).with_graceful_shutdown(stop.cancelled_owned()).await;
-    if let Err(error) = served {
-        tracing::error!(%error, "the HTTP server ended");
-    }
-}
-
 fn uploads_folder(data: &Path) -> Result<PathBuf, AppError> {
     let folder = data.join("uploads");
     let failed = |source| AppError::Folder { folder: folder.display().to_string(), source };
-    std::fs::create_dir_all(&folder).map_err(failed)?;
+    private_folder(&folder).map_err(failed)?;
     for entry in std::fs::read_dir(&folder).map_err(failed)?.flatten() {
         let written = entry.metadata().and_then(|meta| meta.modified()).ok();
         let age = written.and_then(|written| SystemTime::now().duration_since(written).ok());

@@ -71,12 +71,16 @@ pub(super) fn worker(args: ServeArgs) -> Result<(), Failure> {
 fn until_asked_to_end(args: &ServeArgs, role: Role) -> Result<(), Failure> {
     let config = args.config(&[])?;
     telemetry::start(&config.log).map_err(|error| Failure::Usage(error.to_string()))?;
-    interrupt::runtime()?.block_on(async {
+    let runtime = interrupt::runtime()?;
+    let ended = runtime.block_on(async {
         let running = app::start(config, role).await?;
         interrupt::asked_to_end().await;
         running.stop().await;
         Ok(())
-    })
+    });
+    // A computation that is still under way, such as the reading of an upload, has nobody to answer any more.
+    runtime.shutdown_background();
+    ended
 }
 
 impl From<AppError> for Failure {

@@ -39,11 +39,15 @@ struct Raw {
     triangles: u64,
     queued_jobs: u64,
     deadline_s: f64,
+    connections: usize,
+    headers_s: u64,
+    stalled_s: u64,
     workers: usize,
     max_attempts: u32,
     retention_s: u64,
     heartbeat_ms: u64,
     missed_heartbeats: u32,
+    storage_patience_s: u64,
     shutdown_grace_s: u64,
     filter: String,
     format: LogFormat,
@@ -137,6 +141,9 @@ const SECTIONS: &[Section] = &[
         fields.read("triangles", &mut raw.triangles);
         fields.read("queued_jobs", &mut raw.queued_jobs);
         fields.read("deadline_s", &mut raw.deadline_s);
+        fields.read("connections", &mut raw.connections);
+        fields.read("headers_s", &mut raw.headers_s);
+        fields.read("stalled_s", &mut raw.stalled_s);
     }),
     ("jobs", |fields, raw| {
         fields.read("workers", &mut raw.workers);
@@ -144,6 +151,7 @@ const SECTIONS: &[Section] = &[
         fields.read("retention_s", &mut raw.retention_s);
         fields.read("heartbeat_ms", &mut raw.heartbeat_ms);
         fields.read("missed_heartbeats", &mut raw.missed_heartbeats);
+        fields.read("storage_patience_s", &mut raw.storage_patience_s);
         fields.read("shutdown_grace_s", &mut raw.shutdown_grace_s);
     }),
     ("log", |fields, raw| {
@@ -185,11 +193,15 @@ impl Raw {
             "limits.deadline_s",
             "must be above 0 and at most 86400",
         );
+        refuse(!(1..=100_000).contains(&self.connections), "limits.connections", "must be from 1 to 100000");
+        refuse(!(1..=3600).contains(&self.headers_s), "limits.headers_s", "must be from 1 to 3600");
+        refuse(!(1..=3600).contains(&self.stalled_s), "limits.stalled_s", "must be from 1 to 3600");
         refuse(!(1..=64).contains(&self.workers), "jobs.workers", "must be from 1 to 64");
         refuse(!(1..=100).contains(&self.max_attempts), "jobs.max_attempts", "must be from 1 to 100");
         refuse(self.retention_s == 0, "jobs.retention_s", "must be at least 1");
         refuse(!(100..=600_000).contains(&self.heartbeat_ms), "jobs.heartbeat_ms", "must be from 100 to 600000");
         refuse(!(1..=100).contains(&self.missed_heartbeats), "jobs.missed_heartbeats", "must be from 1 to 100");
+        refuse(self.storage_patience_s > 604_800, "jobs.storage_patience_s", "must be at most 604800");
         refuse(self.shutdown_grace_s > 3600, "jobs.shutdown_grace_s", "must be at most 3600");
         let filter = tracing_subscriber::EnvFilter::try_new(&self.filter);
         refuse(filter.is_err(), "log.filter", "must be directives such as info,quadrille=debug");
@@ -205,6 +217,9 @@ impl Raw {
                 triangles: self.triangles,
                 queued_jobs: self.queued_jobs,
                 deadline_s: self.deadline_s,
+                connections: self.connections,
+                headers: Duration::from_secs(self.headers_s),
+                stalled: Duration::from_secs(self.stalled_s),
             },
             jobs: JobsConfig {
                 workers: self.workers,
@@ -212,6 +227,7 @@ impl Raw {
                 retention: Duration::from_secs(self.retention_s),
                 heartbeat: Duration::from_millis(self.heartbeat_ms),
                 missed_heartbeats: self.missed_heartbeats,
+                storage_patience: Duration::from_secs(self.storage_patience_s),
                 shutdown_grace: Duration::from_secs(self.shutdown_grace_s),
             },
             log: LogConfig { filter: self.filter, format: self.format },
@@ -267,7 +283,7 @@ mod tests {
         assert!(config.store.starts_with(&config.data));
         assert!(config.database_url.contains(&*config.data.to_string_lossy()));
         assert!(config.engine.threads >= 1);
-        assert_eq!(known_keys().len(), 18);
+        assert_eq!(known_keys().len(), 22);
     }
 
     #[test]
@@ -291,10 +307,14 @@ mod tests {
             ("QUADRILLE_STORE", "s3://bucket"),
             ("QUADRILLE_JOBS__WORKERS", "many"),
             ("QUADRILLE_LIMITS__UPLOAD_BYTES", "0"),
+            ("QUADRILLE_LIMITS__CONNECTIONS", "0"),
+            ("QUADRILLE_LIMITS__HEADERS_S", "0"),
+            ("QUADRILLE_LIMITS__STALLED_S", "4000"),
         ];
         let error = load(&environment, &[]).unwrap_err();
         let keys: Vec<_> = error.0.iter().map(|violation| violation.pointer.as_str()).collect();
-        for key in ["listen", "database_url", "store", "jobs.workers", "limits.upload_bytes"] {
+        let limits = ["limits.upload_bytes", "limits.connections", "limits.headers_s", "limits.stalled_s"];
+        for key in ["listen", "database_url", "store", "jobs.workers"].into_iter().chain(limits) {
             assert!(keys.contains(&key), "{key} in {keys:?}");
         }
     }

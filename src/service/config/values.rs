@@ -47,6 +47,12 @@ pub struct LimitsConfig {
     pub queued_jobs: u64,
     /// Longest deadline in seconds.
     pub deadline_s: f64,
+    /// Most open connections, at least 1.
+    pub connections: usize,
+    /// How long the head of a request may take, and the pause between two requests.
+    pub headers: Duration,
+    /// How long a body may send nothing and a client may read nothing.
+    pub stalled: Duration,
 }
 
 /// Handling of jobs.
@@ -62,7 +68,9 @@ pub struct JobsConfig {
     pub heartbeat: Duration,
     /// Missed signs of life after which a worker is taken for dead, at least 1.
     pub missed_heartbeats: u32,
-    /// How long running jobs may take to stop when the process ends.
+    /// How long a job waits for a storage that fails.
+    pub storage_patience: Duration,
+    /// How long running jobs and downloads may take to end when the process ends.
     pub shutdown_grace: Duration,
 }
 

@@ -3,6 +3,8 @@
 
 mod artefacts;
 mod assets;
+mod body;
+mod connections;
 mod download;
 mod events;
 mod extract;
@@ -19,5 +21,7 @@ mod submit;
 mod upload;
 mod view;
 
+pub use connections::serve;
+pub use health::Readiness;
 pub use router::{openapi_json, router};
 pub use state::HttpState;

@@ -4,12 +4,13 @@ use std::sync::OnceLock;
 
 use axum::Router;
 use axum::http::Uri;
+use axum::middleware::from_fn_with_state;
 use axum::routing::get;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::service::http::{HttpState, artefacts, assets, events, health, jobs, layers, methods, pages};
+use crate::service::http::{HttpState, artefacts, assets, body, events, health, jobs, layers, methods, pages};
 use crate::service::wire::{Problem, ProblemKind};
 
 #[derive(OpenApi)]
@@ -55,6 +56,7 @@ pub fn router(state: HttpState) -> Router {
         .route("/", get(pages::index))
         .fallback(unknown_route)
         .method_not_allowed_fallback(wrong_method)
+        .layer(from_fn_with_state(state.clone(), body::guard))
         .with_state(state);
     layers::wrap(all)
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
+use crate::service::http::Readiness;
 use crate::service::jobs::{Desk, Driver};
 
 /// What handlers share. Cheap to clone.
@@ -17,6 +18,8 @@ pub struct HttpState {
     pub driver: Arc<dyn Driver>,
     /// Folder of uploads on their way in.
     pub uploads: PathBuf,
+    /// Whether the storage can be written to.
+    pub readiness: Arc<Readiness>,
     /// Uploads that may be read at the same time: each may need many times its size.
     pub readers: Arc<Semaphore>,
     /// The process is stopping: endless answers end.

@@ -1,5 +1,7 @@
 //! Where clients' wishes become rows: submit, cancel, delete.
 
+use std::time::Duration;
+
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
@@ -7,6 +9,7 @@ use uuid::Uuid;
 use crate::engine::run::StopReason;
 use crate::service::config::{JobsConfig, LimitsConfig};
 use crate::service::jobs::{Live, SqliteQueue, Ticket, TicketQueue, hex};
+use crate::service::store::assets::Adopted;
 use crate::service::store::{AssetRow, Cancelling, JobRow, NewAsset, NewJob, Store, assets, jobs};
 use crate::service::wire::{InputBody, JobStatus, Problem, ProblemKind, ResolvedSpec, Violation};
 
@@ -58,17 +61,16 @@ impl Desk {
     /// Accepts an order: row and ticket in one transaction, so a job that was acknowledged will run.
     pub async fn submit(&self, order: Order) -> Result<Accepted, Problem> {
         self.judge(&order.spec)?;
-        let blob = match &order.mesh {
+        let uploaded = match &order.mesh {
             OrderMesh::New(new) => Some(new.blob.clone()),
             OrderMesh::Known(_) => None,
         };
-        let accepted = self.write(order).await;
-        if let Some(blob) = blob
-            && !matches!(&accepted, Ok((_, kept)) if *kept == blob)
-        {
-            self.store.blobs().remove(&blob).await?;
+        let written = self.write(order).await;
+        let unused = written.as_ref().map_or(uploaded.as_ref(), |(_, unused)| unused.as_ref());
+        if let Some(blob) = unused {
+            self.store.blobs().remove(blob).await?;
         }
-        let (accepted, _) = accepted?;
+        let (accepted, _) = written?;
         if accepted.fresh {
             metrics::counter!("quadrille_jobs_accepted_total").increment(1);
             self.live.ring(accepted.job.id);
@@ -85,11 +87,11 @@ impl Desk {
         Ok(())
     }
 
-    /// The job and the blob that its mesh is kept in.
-    async fn write(&self, order: Order) -> Result<(Accepted, String), Problem> {
-        let sha256 = match &order.mesh {
-            OrderMesh::New(new) => &new.sha256,
-            OrderMesh::Known(known) => &known.sha256,
+    /// The job and a blob that nothing needs any more.
+    async fn write(&self, order: Order) -> Result<(Accepted, Option<String>), Problem> {
+        let (sha256, uploaded) = match &order.mesh {
+            OrderMesh::New(new) => (&new.sha256, Some(&new.blob)),
+            OrderMesh::Known(known) => (&known.sha256, None),
         };
         let fingerprint = hex(&Sha256::digest(format!("{sha256}\n{}", json!(order.spec.request))));
         let mut tx = self.store.write().await?;
@@ -100,15 +102,15 @@ impl Desk {
                 let detail = "This Idempotency-Key was used with another mesh or spec; use a new key for a new job.";
                 return Err(Problem::new(ProblemKind::IdempotencyConflict, detail));
             }
-            return Ok((Accepted { job, fresh: false }, String::new()));
+            return Ok((Accepted { job, fresh: false }, uploaded.cloned()));
         }
         if self.store.waiting(&mut tx).await? >= self.limits.queued_jobs {
             let detail = format!("{} jobs are waiting, and no more are accepted.", self.limits.queued_jobs);
             return Err(Problem { retry_after: Some(30), ..Problem::new(ProblemKind::QueueFull, detail) });
         }
-        let (asset, format) = match &order.mesh {
-            OrderMesh::New(new) => (assets::adopt(&mut tx, new).await?, new.format.clone()),
-            OrderMesh::Known(known) => (known.clone(), known.format.clone()),
+        let (Adopted { asset, unused }, format) = match &order.mesh {
+            OrderMesh::New(new) => (assets::adopt(&mut tx, self.store.blobs(), new).await?, new.format.clone()),
+            OrderMesh::Known(known) => (Adopted { asset: known.clone(), unused: None }, known.format.clone()),
         };
         let input = InputBody { sha256: asset.sha256, bytes: asset.bytes, format, ..InputBody::default() };
         let (id, number, priority) = (Uuid::now_v7(), Uuid::now_v7(), order.spec.options.priority);
@@ -122,10 +124,10 @@ impl Desk {
             fingerprint,
         };
         jobs::insert(&mut tx, &job).await?;
-        self.queue.enqueue(&mut tx, Ticket { job: id, number }, priority).await?;
+        self.queue.enqueue(&mut tx, Ticket { job: id, number }, priority, Duration::ZERO).await?;
         tx.commit().await.map_err(crate::service::store::StoreError::from)?;
         let job = self.store.job(id).await?.ok_or_else(Problem::internal)?;
-        Ok((Accepted { job, fresh: true }, asset.blob))
+        Ok((Accepted { job, fresh: true }, unused))
     }
 
     /// Cancels a job; a finished one stays as it is.

@@ -3,14 +3,16 @@
 //! ```text
 //! Desk::submit ─ row + ticket in one transaction ─► TicketQueue ─► Worker ─► Driver (engine pool) ─► Store::finish
 //!                                                       ▲            │ Recorder: stage, progress, cancel flag
-//!                                                       └─ shutdown: row + new ticket
+//!                                                       └─ shutdown, failing storage: row + new ticket
 //! ```
 
 mod desk;
 mod driver;
+mod ending;
 mod engine_pool;
 mod in_work;
 mod live;
+mod patience;
 mod queue;
 #[cfg(test)]
 mod queue_tests;

@@ -23,6 +23,7 @@ use uuid::Uuid;
 
 use crate::service::config::JobsConfig;
 use crate::service::jobs::in_work::InWork;
+use crate::service::jobs::patience::patiently;
 use crate::service::store::StoreError;
 
 const QUEUE: &str = "remesh";
@@ -47,12 +48,14 @@ pub trait Handler: Send + Sync + 'static {
 
 /// A queue of tickets.
 pub trait TicketQueue: Send + Sync {
-    /// Adds a ticket inside the caller's transaction. Priorities are −100 to 100; higher comes earlier.
+    /// Adds a ticket inside the caller's transaction, which is handed out after `pause`. Priorities are −100 to 100;
+    /// higher comes earlier.
     fn enqueue(
         &self,
         connection: &mut SqliteConnection,
         ticket: Ticket,
         priority: i32,
+        pause: Duration,
     ) -> impl Future<Output = Result<(), StoreError>> + Send;
 
     /// Hands tickets to `handler` until `stop`, then waits for those in work.
@@ -84,7 +87,19 @@ impl SqliteQueue {
         })
     }
 
-    async fn one_worker<H: Handler>(&self, hands: Hands<H>) -> Result<(), WorkerError> {
+    /// Gives back the tickets that a worker of this process had fetched and not begun, and would never begin: nobody
+    /// need wait until it is taken for dead. Those that it had begun are still in work.
+    async fn release(&self, worker: &str) -> Result<(), StoreError> {
+        sqlx::query(
+            "UPDATE Jobs SET status = 'Pending', lock_by = NULL, lock_at = NULL WHERE lock_by = ? AND status = 'Queued'",
+        )
+        .bind(worker)
+        .execute(&self.pool)
+        .await?;
+        Ok(())
+    }
+
+    async fn one_worker<H: Handler>(&self, name: &str, hands: Hands<H>) -> Result<(), WorkerError> {
         let close = hands.close.clone();
         let config = Config::default()
             .queue(QUEUE)
@@ -92,8 +107,7 @@ impl SqliteQueue {
             .heartbeat_interval(self.heartbeat)
             .missed_heartbeats(self.missed_heartbeats);
         let backend = SqliteStorage::<Ticket>::new(&self.pool).with_config(config);
-        let name = format!("quadrille-{}", Uuid::now_v7());
-        let worker = WorkerBuilder::new(name.as_str())
+        let worker = WorkerBuilder::new(name)
             .backend(backend)
             .data(hands)
             .layer(ConcurrencyLimitLayer::new(self.concurrency))
@@ -141,10 +155,13 @@ async fn take<H: Handler>(ticket: Ticket, hands: Data<Hands<H>>) -> Result<(), B
     }
     let handler = Arc::clone(&hands.handler);
     let work = async move { handler.handle(ticket).await };
-    hands.in_work.once(ticket.number, work).await.map_err(|error| {
+    let done = hands.in_work.once(ticket.number, work).await;
+    if let Err(error) = &done {
         tracing::error!(job.id = %ticket.job, %error, "the ticket goes back to the queue");
-        error.into()
-    })
+        // The queue hands it out again at once.
+        let _ = tokio::time::timeout(RESTART_PAUSE, hands.stop.cancelled()).await;
+    }
+    Ok(done?)
 }
 
 impl TicketQueue for SqliteQueue {
@@ -153,9 +170,11 @@ impl TicketQueue for SqliteQueue {
         connection: &mut SqliteConnection,
         ticket: Ticket,
         priority: i32,
+        pause: Duration,
     ) -> Result<(), StoreError> {
         let payload = serde_json::to_vec(&ticket).map_err(|error| StoreError::Queue(error.to_string()))?;
-        let task = TaskBuilder::new(payload).priority((priority + 100).max(0).unsigned_abs() as usize).build();
+        let priority = (priority + 100).max(0).unsigned_abs() as usize;
+        let task = TaskBuilder::new(payload).priority(priority).run_after(pause).build();
         apalis_sqlite::queries::push_tasks(connection, QUEUE, &[task])
             .await
             .map_err(|error| StoreError::Queue(error.to_string()))
@@ -166,7 +185,8 @@ impl TicketQueue for SqliteQueue {
         let hands = Hands { handler, in_work, stop: stop.clone(), close: CancellationToken::new() };
         let workers = async {
             loop {
-                let ended = self.one_worker(hands.clone()).await;
+                let name = format!("quadrille-{}", Uuid::now_v7());
+                let ended = self.one_worker(&name, hands.clone()).await;
                 if hands.close.is_cancelled() {
                     break;
                 }
@@ -175,6 +195,8 @@ impl TicketQueue for SqliteQueue {
                     Err(error) => tracing::warn!(%error, "the worker of the queue failed; starting another one"),
                 }
                 tokio::time::sleep(RESTART_PAUSE).await;
+                // The next worker cannot begin either before the database can be written to.
+                let _ = patiently(None, &hands.close, || self.release(&name)).await;
             }
         };
         // Both in one task: `take` either begins its work before this looks, or sees that the end has come.

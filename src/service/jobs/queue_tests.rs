@@ -48,7 +48,10 @@ async fn a_slow_database_does_not_put_the_worker_to_sleep() {
     for round in 1..=5 {
         let mut tx = store.write().await.unwrap();
         tokio::time::sleep(2 * POLL).await;
-        queue.enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0).await.unwrap();
+        queue
+            .enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0, Duration::ZERO)
+            .await
+            .unwrap();
         tx.commit().await.unwrap();
         for _ in 0..3000 {
             if handler.seen().len() >= 2 * round {
@@ -97,7 +100,7 @@ async fn work_outlives_the_worker_of_the_queue() {
         tokio::spawn(async move { queue.work(handler, stop).await })
     };
     let mut tx = store.write().await.unwrap();
-    queue.enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0).await.unwrap();
+    queue.enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0, Duration::ZERO).await.unwrap();
     tx.commit().await.unwrap();
     handler.begun.acquire().await.unwrap().forget();
 
@@ -166,7 +169,10 @@ async fn at_the_end_the_queue_is_not_in_the_way_of_the_last_word() {
         });
         let mut tx = store.write().await.unwrap();
         for _ in 0..3 {
-            queue.enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0).await.unwrap();
+            queue
+                .enqueue(&mut tx, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0, Duration::ZERO)
+                .await
+                .unwrap();
         }
         tx.commit().await.unwrap();
         let working = {
@@ -197,11 +203,11 @@ async fn refused_tickets_come_again_and_used_ones_are_forgotten() {
     let tickets = [-7, 7].map(|priority| (Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, priority));
     let mut tx = store.write().await.unwrap();
     for (ticket, priority) in tickets {
-        queue.enqueue(&mut tx, ticket, priority).await.unwrap();
+        queue.enqueue(&mut tx, ticket, priority, Duration::ZERO).await.unwrap();
     }
     tx.commit().await.unwrap();
     let mut lost = store.write().await.unwrap();
-    queue.enqueue(&mut lost, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0).await.unwrap();
+    queue.enqueue(&mut lost, Ticket { job: Uuid::now_v7(), number: Uuid::now_v7() }, 0, Duration::ZERO).await.unwrap();
     lost.rollback().await.unwrap();
 
     let (handler, stop) = (Arc::new(Reluctant::default()), CancellationToken::new());

@@ -1,4 +1,4 @@
-//! Housekeeping: jobs whose time is over, tickets that were used up.
+//! Housekeeping: jobs whose time is over, tickets that were used up, files that nothing names.
 
 use std::time::Duration;
 
@@ -33,8 +33,9 @@ async fn sweep(desk: &Desk, thorough: bool) -> Result<(), StoreError> {
     }
     if thorough {
         let orphans = desk.store.remove_orphans(ORPHAN_AGE).await?;
-        if orphans > 0 {
-            tracing::info!(orphans, "files that nothing names were removed");
+        let leftovers = desk.store.remove_leftovers(ORPHAN_AGE).await?;
+        if orphans + leftovers > 0 {
+            tracing::info!(orphans, leftovers, "files and folders that nothing names were removed");
         }
     }
     desk.queue.tidy().await

@@ -4,7 +4,7 @@ use sqlx::sqlite::SqliteRow;
 use sqlx::{Row, SqliteConnection};
 use uuid::Uuid;
 
-use crate::service::store::{Store, StoreError, now_ms};
+use crate::service::store::{Blobs, Store, StoreError, now_ms};
 
 /// A mesh whose bytes lie in the object store already.
 #[derive(Clone, Debug)]
@@ -78,6 +78,14 @@ impl AssetRow {
     }
 }
 
+/// An asset in the database.
+#[derive(Clone, Debug)]
+pub(in crate::service) struct Adopted {
+    pub(in crate::service) asset: AssetRow,
+    /// A blob that no row names once the transaction is over; to be removed then.
+    pub(in crate::service) unused: Option<String>,
+}
+
 impl Store {
     /// The asset `id`, also one that lives only as long as a job uses it.
     pub async fn asset(&self, id: Uuid) -> Result<Option<AssetRow>, StoreError> {
@@ -86,24 +94,25 @@ impl Store {
         row.as_ref().map(AssetRow::read).transpose()
     }
 
-    /// Adds an asset, or finds the one with the same bytes; in that case the new blob is removed.
+    /// Adds an asset, or finds the one with the same bytes.
     pub async fn add_asset(&self, new: &NewAsset) -> Result<AssetRow, StoreError> {
         let mut tx = self.write().await?;
-        let row = adopt(&mut tx, new).await?;
+        let Adopted { asset, unused } = adopt(&mut tx, self.blobs(), new).await?;
         tx.commit().await?;
-        if row.blob != new.blob {
-            self.blobs().remove(&new.blob).await?;
+        if let Some(blob) = unused {
+            self.blobs().remove(&blob).await?;
         }
-        Ok(row)
+        Ok(asset)
     }
 }
 
-/// Adds an asset, or finds the one with the same bytes, inside a transaction. If the blob of the answer is another one,
-/// the caller removes the new blob after the commit.
+/// Adds an asset, or finds the one with the same bytes, inside a transaction. If the blob of that one was lost, the new
+/// one takes its place.
 pub(in crate::service) async fn adopt(
     connection: &mut SqliteConnection,
+    blobs: &Blobs,
     new: &NewAsset,
-) -> Result<AssetRow, StoreError> {
+) -> Result<Adopted, StoreError> {
     let signed = |n: u64| i64::try_from(n).unwrap_or(i64::MAX);
     let row = sqlx::query(
         "INSERT INTO assets (id, sha256, bytes, format, name, vertices, faces, blob, pinned, created_at)
@@ -120,7 +129,21 @@ pub(in crate::service) async fn adopt(
     .bind(&new.blob)
     .bind(new.pinned)
     .bind(now_ms())
-    .fetch_one(connection)
+    .fetch_one(&mut *connection)
     .await?;
-    AssetRow::read(&row)
+    let mut asset = AssetRow::read(&row)?;
+    if asset.blob == new.blob {
+        return Ok(Adopted { asset, unused: None });
+    }
+    if blobs.length(&asset.blob).await? == Some(asset.bytes) {
+        return Ok(Adopted { asset, unused: Some(new.blob.clone()) });
+    }
+    tracing::warn!(asset.id = %asset.id, "the bytes of an asset were lost and have been uploaded again");
+    sqlx::query("UPDATE assets SET blob = ? WHERE id = ?")
+        .bind(&new.blob)
+        .bind(asset.id.to_string())
+        .execute(connection)
+        .await?;
+    let lost = std::mem::replace(&mut asset.blob, new.blob.clone());
+    Ok(Adopted { asset, unused: Some(lost) })
 }

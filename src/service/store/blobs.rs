@@ -1,7 +1,7 @@
 //! Bytes by key.
 
 use std::ops::Range;
-use std::path::Path as FilePath;
+use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -15,19 +15,31 @@ use object_store::{GetOptions, GetRange, ObjectStore, ObjectStoreExt, PutPayload
 use tokio::io::AsyncWriteExt;
 
 use crate::service::store::StoreError;
+use crate::service::store::folder::private_folder;
+
+/// Where [`Blobs::probe`] writes.
+pub(super) const PROBES: &str = "ready";
 
 /// The object store. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Blobs {
     store: Arc<dyn ObjectStore>,
+    folder: PathBuf,
 }
 
 impl Blobs {
-    /// Blobs in a local folder, which is created.
+    /// Blobs in a local folder, which is created. What was written has been synced, with the folders that name it, so a
+    /// row may point at it; folders vanish with their last blob.
     pub fn open(folder: &FilePath) -> Result<Self, StoreError> {
-        std::fs::create_dir_all(folder)
+        private_folder(folder)
             .map_err(|source| StoreError::File { what: "creating the folder of the store", source })?;
-        Ok(Self { store: Arc::new(LocalFileSystem::new_with_prefix(folder)?) })
+        let store = LocalFileSystem::new_with_prefix(folder)?.with_fsync(true).with_automatic_cleanup(true);
+        Ok(Self { store: Arc::new(store), folder: folder.to_owned() })
+    }
+
+    /// The folder of all blobs.
+    pub(super) fn folder(&self) -> &FilePath {
+        &self.folder
     }
 
     /// Writes a blob at once.
@@ -48,6 +60,15 @@ impl Blobs {
     /// The whole blob.
     pub async fn get(&self, key: &str) -> Result<Bytes, StoreError> {
         Ok(self.store.get(&Path::from(key)).await?.bytes().await?)
+    }
+
+    /// The length of a blob, if it is there.
+    pub async fn length(&self, key: &str) -> Result<Option<u64>, StoreError> {
+        match self.store.head(&Path::from(key)).await {
+            Ok(meta) => Ok(Some(meta.size)),
+            Err(object_store::Error::NotFound { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// The bytes of `range`, as a stream.
@@ -90,9 +111,9 @@ impl Blobs {
         Ok(old.map(|meta| meta.location.to_string()).collect())
     }
 
-    /// Whether blobs can be written and removed.
-    pub async fn ping(&self) -> Result<(), StoreError> {
-        let key = format!("ready/{}", uuid::Uuid::now_v7());
+    /// Writes and removes a blob.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let key = format!("{PROBES}/{}", uuid::Uuid::now_v7());
         self.put(&key, Bytes::from_static(b"ready")).await?;
         self.remove(&key).await
     }

@@ -1,5 +1,7 @@
 //! Why the store failed.
 
+use std::path::PathBuf;
+
 use crate::service::wire::{Problem, ProblemKind};
 
 /// A failure of the database or of the object store; never the client's fault.
@@ -22,6 +24,19 @@ pub enum StoreError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The file of the database was removed or replaced while it was open.
+    #[error("the file {0} of the database is not the one that was opened; put it back or restart")]
+    Replaced(PathBuf),
+    /// A blob does not have the length that its row says.
+    #[error("the blob {key} has {found} bytes instead of {expected}")]
+    Truncated {
+        /// Where it lies.
+        key: String,
+        /// Its length.
+        found: u64,
+        /// The length in the row.
+        expected: u64,
+    },
     /// A column does not hold what we once wrote there.
     #[error("column {column} of job {id} is damaged: {detail}")]
     Damaged {
@@ -40,16 +55,22 @@ pub enum StoreError {
     Queue(String),
 }
 
+impl StoreError {
+    /// Whether it may work again later: a full disk, a locked database, a lost blob. Otherwise it is a bug of ours.
+    pub fn is_of_storage(&self) -> bool {
+        !matches!(self, StoreError::Damaged { .. } | StoreError::Unsupported(_) | StoreError::Migration(_))
+    }
+}
+
 impl From<StoreError> for Problem {
     /// The cause goes to the log, not to the client.
     fn from(error: StoreError) -> Self {
         tracing::error!(%error, "the store failed");
-        match error {
-            StoreError::Damaged { .. } | StoreError::Unsupported(_) | StoreError::Migration(_) => Problem::internal(),
-            _ => Problem {
-                retry_after: Some(5),
-                ..Problem::new(ProblemKind::StorageUnavailable, "The cause was logged. Try again in a few seconds.")
-            },
+        if error.is_of_storage() {
+            let detail = "The cause was logged. Try again in a few seconds.";
+            Problem { retry_after: Some(5), ..Problem::new(ProblemKind::StorageUnavailable, detail) }
+        } else {
+            Problem::internal()
         }
     }
 }

@@ -40,8 +40,10 @@ pub struct JobRow {
     pub progress: u32,
     /// How often a worker began.
     pub attempt: u32,
-    /// Attempts that ended by an orderly shutdown.
+    /// Attempts that ended by an orderly shutdown or because the storage failed.
     pub excused: u32,
+    /// Since when its storage fails, in milliseconds since 1970.
+    pub faulty_since: Option<i64>,
     /// Whether a client asked to cancel.
     pub cancel_requested: bool,
     /// Higher runs earlier.
@@ -88,6 +90,7 @@ impl JobRow {
             progress: row.try_get("progress")?,
             attempt: row.try_get("attempt")?,
             excused: row.try_get("excused")?,
+            faulty_since: row.try_get("faulty_since")?,
             cancel_requested: row.try_get("cancel_requested")?,
             priority: row.try_get("priority")?,
             spec: json(row, &id, "spec")?,

@@ -76,6 +76,7 @@ impl Store {
 
     /// Starts the job if `ticket` is the one that may.
     pub async fn claim(&self, id: Uuid, ticket: Uuid) -> Result<Claim, StoreError> {
+        let mut tx = self.write().await?;
         let row: Option<SqliteRow> = sqlx::query(
             "UPDATE remesh_jobs
              SET status = 'running', attempt = attempt + 1, stage = NULL, started_at = COALESCE(started_at, ?3)
@@ -84,8 +85,9 @@ impl Store {
         .bind(id.to_string())
         .bind(ticket.to_string())
         .bind(now_ms())
-        .fetch_optional(self.pool())
+        .fetch_optional(&mut *tx)
         .await?;
+        tx.commit().await?;
         Ok(match row {
             Some(row) => Claim::Run(Box::new(JobRow::read(&row)?)),
             None => Claim::Stale,
@@ -231,20 +233,21 @@ pub(in crate::service) async fn by_key(
 }
 
 /// Puts a running attempt back in line under a new ticket without counting it as a crash, inside a transaction; `false`
-/// if it does not hold the job any more.
+/// if it does not hold the job any more. `faulty_since`: since when its storage fails.
 pub(in crate::service) async fn put_back(
     connection: &mut SqliteConnection,
-    id: Uuid,
-    attempt: u32,
+    job: &JobRow,
     ticket: Uuid,
+    faulty_since: Option<i64>,
 ) -> Result<bool, StoreError> {
     let done = sqlx::query(
-        "UPDATE remesh_jobs SET status = 'queued', stage = NULL, ticket = ?3, excused = excused + 1
+        "UPDATE remesh_jobs SET status = 'queued', stage = NULL, ticket = ?3, excused = excused + 1, faulty_since = ?4
          WHERE id = ?1 AND attempt = ?2 AND status = 'running'",
     )
-    .bind(id.to_string())
-    .bind(attempt)
+    .bind(job.id.to_string())
+    .bind(job.attempt)
     .bind(ticket.to_string())
+    .bind(faulty_since)
     .execute(connection)
     .await?;
     Ok(done.rows_affected() > 0)

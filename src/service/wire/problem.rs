@@ -59,6 +59,8 @@ problems! { // slug, status, exit code, title
     MeshTooLarge = ("mesh-too-large", 413, 3, "The mesh is too large");
     /// The request body exceeds the limit.
     BodyTooLarge = ("body-too-large", 413, 3, "The request body is too large");
+    /// The body of a request stopped coming.
+    RequestTimeout = ("request-timeout", 408, 2, "The request did not arrive in time");
     /// No result within the limits.
     NoQuadMesh = ("no-quad-mesh-found", 422, 4, "No quad mesh satisfies the request");
     /// The deadline passed before there was a certified result.
