@@ -10,4 +10,5 @@ pub mod preview;
 pub mod run;
 pub mod store;
 pub mod telemetry;
+mod time_left;
 pub mod wire;

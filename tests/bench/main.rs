@@ -1,10 +1,11 @@
 //! Measurements that are no tests: `rounding` compares ways of rounding, `settings` the settings of `optimise`, `curve`
-//! follows the search for branch points.
+//! follows the search for branch points, `stages` says what the stages of a run cost.
 //!
 //! ```text
 //! cargo bench -- settings [--quads 5000] [--no-features] MODEL.obj …
 //! cargo bench -- curve [--quads 5000] [--features] [--optimise balance] MODEL.obj …
 //! cargo bench -- rounding [--quads 6500] [--offsets 100] [--features] [--optimise none|relocate|balance] MODEL.obj …
+//! cargo bench -- stages [--quads 1000,5000,20000] MODEL.obj …
 //! ```
 //!
 //! `rounding`: one line per component with integers: energies relative to direct rounding over random real optima, as
@@ -17,11 +18,16 @@
 //! with about the seconds until then: the share of the energies computed so far in the time of the field. Those of the
 //! coarse mesh cost less than those of the working mesh, and the making of that mesh is counted too. The number of points
 //! jumps where the search goes on from the coarse mesh to the working mesh, and so may the energy.
+//!
+//! `stages`: one line per run, then the mean shares of the stages by the size of the runs, then the costs from which
+//! `engine/pipeline/costs.rs` derives the shares of progress: copy them there after changes that make stages faster or
+//! slower. Nothing else should run on the machine meanwhile, but only ratios matter.
 
 mod curve;
 mod model;
 mod rounding;
 mod settings;
+mod stages;
 
 fn main() {
     // cargo adds --bench.
@@ -30,7 +36,8 @@ fn main() {
         Some((command, rest)) if command == "rounding" => rounding::run(rest),
         Some((command, rest)) if command == "settings" => settings::run(rest),
         Some((command, rest)) if command == "curve" => curve::run(rest),
-        _ => Err("usage: cargo bench -- rounding|settings|curve [options] MODEL.obj …".to_owned()),
+        Some((command, rest)) if command == "stages" => stages::run(rest),
+        _ => Err("usage: cargo bench -- rounding|settings|curve|stages [options] MODEL.obj …".to_owned()),
     };
     if let Err(message) = result {
         eprintln!("{message}");

@@ -15,6 +15,7 @@ mod life;
 mod looks;
 mod meshes;
 mod program;
+mod progress;
 mod real;
 mod refusals;
 mod routes;

@@ -21,9 +21,9 @@ impl Driver for Scripted {
 
     fn run(&self, context: &RunContext, input: &InputFile, spec: &ResolvedSpec) -> Result<Products, Problem> {
         let has = |tag: &str| spec.options.tags.iter().any(|known| known == tag);
-        context.stage(Stage::Read, || self.play(context, &has))?;
-        context.progress(0.5);
-        context.stage(Stage::Write, || Ok::<_, Stopped>(()))?;
+        context.stage(Stage::Read, |_| self.play(context, &has))?;
+        context.advance(0.5);
+        context.stage(Stage::Write, |_| Ok::<_, Stopped>(()))?;
         let file = |name, media_type| Made { name, media_type, bytes: [name.as_bytes(), &input.bytes].concat() };
         Ok(Products {
             files: vec![

@@ -51,10 +51,11 @@ pub fn certify(
         let violation = Violation { check: Check::VertexFan, count: 1, witnesses: Vec::new() };
         return Ok(Certificate::new(vec![violation], counts));
     };
-    let judged = judge(ctx, surface, index, quads, &topology)?;
+    let judged = judge(&ctx.span(0.1, 0.5), surface, index, quads, &topology)?;
     let mut measures = shape::measure(quads, &topology, |v| judged.is_corner[v]);
     let diagonal = surface.mesh.diagonal();
-    let distances = distance::measure(ctx, &surface.mesh, index, &triangles, &SurfaceIndex::new(&triangles))?;
+    let distances =
+        distance::measure(&ctx.span(0.5, 1.0), &surface.mesh, index, &triangles, &SurfaceIndex::new(&triangles))?;
     let relative = |d: f64| if diagonal > 0.0 { d / diagonal } else { f64::NAN };
     measures.hausdorff_max = relative(distances.max);
     measures.hausdorff_mean = relative(distances.mean);

@@ -49,7 +49,7 @@ pub(super) fn measure(
     let faces = surface.n_faces() + quads.n_faces();
     let n = (SAMPLES_PER_FACE * faces).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
     let over_area = samples(quads, n, 1);
-    let of_area = distances(ctx, surface_index, &over_area)?;
+    let of_area = distances(&ctx.part(0, 4), surface_index, &over_area)?;
     let (mut max, mut farthest) = (0.0, None);
     let mut heed = |points: &[DVec3], distances: &[f64]| {
         for (&p, &distance) in points.iter().zip(distances) {
@@ -59,10 +59,10 @@ pub(super) fn measure(
         }
     };
     heed(&over_area, &of_area);
-    for (index, points) in
-        [(surface_index, vertices(quads)), (quad_index, samples(surface, n, 2)), (quad_index, vertices(surface))]
-    {
-        heed(&points, &distances(ctx, index, &points)?);
+    let others =
+        [(surface_index, vertices(quads)), (quad_index, samples(surface, n, 2)), (quad_index, vertices(surface))];
+    for (i, (index, points)) in others.into_iter().enumerate() {
+        heed(&points, &distances(&ctx.part(1 + i, 4), index, &points)?);
     }
     Ok(Distances { max, farthest, mean: mean(&of_area) })
 }
@@ -71,6 +71,7 @@ fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[DVec3]) -> Result
     let at = |(i, &p): (usize, &DVec3)| {
         if i % 32 == 0 {
             ctx.check()?;
+            ctx.step(points.len().div_ceil(32));
         }
         Ok(index.closest(p).distance)
     };

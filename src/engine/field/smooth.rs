@@ -79,7 +79,7 @@ pub fn smooth_cross_field(
     let mut system = System::new(mesh, frames, &fixed);
     let c = match &options.start {
         Some(start) => continued(mesh, frames, &mut system, start, options.edge_length)?,
-        None => smoothest(ctx, mesh, frames, &mut system, (&alignment, &target), &fixed, options)?,
+        None => smoothest(&ctx.span(0.0, 0.3), mesh, frames, &mut system, (&alignment, &target), &fixed, options)?,
     };
     let angle = c.iter().map(|c| 0.25 * c.im.atan2(c.re)).collect();
     let mut field = CrossField::from_angles(mesh, frames, angle);
@@ -87,6 +87,7 @@ pub fn smooth_cross_field(
     field.update_indices(mesh, frames);
     let pair_distance = if options.start.is_some() { CARRIED_PAIR_DISTANCE } else { PAIR_DISTANCE };
     let cancelled = cancel_pairs(mesh, frames, &mut field, is_feature, pair_distance * options.edge_length);
+    ctx.advance(0.3);
     let mut found = BranchSearch::default();
     if cancelled + mended > 0 || options.branch_points.is_some() {
         let is_fixed: Vec<bool> = fixed.iter().map(Option::is_some).collect();
@@ -96,11 +97,17 @@ pub fn smooth_cross_field(
         if let Some(branch_points) = &options.branch_points {
             let around = Surroundings { mesh, frames, is_feature, turning: &turning, edge_length: options.edge_length };
             let effort = if options.start.is_some() { Effort::Touch } else { Effort::Full };
-            found = search_branch_points(ctx, &around, &mut field, branch_points, effort)?;
+            found = search_branch_points(&ctx.span(0.35, 0.9), &around, &mut field, branch_points, effort)?;
             let near = SEARCHED_PAIR_DISTANCE * options.edge_length;
             if cancel_pairs(mesh, frames, &mut field, is_feature, near) > 0 {
                 turning.relax(mesh, frames, &mut field, &rest);
-                found.go_on(search_branch_points(ctx, &around, &mut field, branch_points, Effort::Touch)?);
+                found.go_on(search_branch_points(
+                    &ctx.span(0.9, 1.0),
+                    &around,
+                    &mut field,
+                    branch_points,
+                    Effort::Touch,
+                )?);
             }
         }
     }
@@ -129,8 +136,9 @@ fn smoothest(
     normalise(&mut c);
     let mass: Vec<f64> = (0..mesh.n_faces()).map(|f| frames.area(mesh, f)).collect();
     let mut step = options.edge_length.powi(2);
-    for _ in 0..NORMALISED_SOLVES {
+    for solve in 0..NORMALISED_SOLVES {
         ctx.check()?;
+        ctx.advance((1 + solve) as f64 / (1 + NORMALISED_SOLVES) as f64);
         let shift: Vec<f64> = alignment.iter().zip(&mass).map(|(a, m)| a + m / step).collect();
         let rhs: Vec<c64> = (0..c.len()).map(|f| target[f] * alignment[f] + c[f] * (mass[f] / step)).collect();
         c = system.solve(&shift, &rhs)?;

@@ -143,14 +143,16 @@ impl MapSystem {
         }
         let (unknowns, integral) = constrain(mesh, &forms, &iso, &special)?;
         ctx.check()?;
+        ctx.advance(0.1);
         let raw: Quadratic = assemble(mesh, frames, &direction, &weight, &forms);
         let reduced = Reduced::new(&raw, &unknowns);
         let n = unknowns.n_integers;
         ctx.check()?;
+        ctx.advance(0.3);
         let factor = reduced.factor()?;
         let periods = match n > MOST_BY_PERIODS {
             true => None,
-            false => Some(Periods::new(ctx, &reduced, &factor)?.ok_or(MapError::Periods { n })?),
+            false => Some(Periods::new(&ctx.span(0.5, 1.0), &reduced, &factor)?.ok_or(MapError::Periods { n })?),
         };
         let optimum = match &periods {
             Some(periods) => periods.optimum.clone(),
@@ -195,11 +197,11 @@ impl MapSystem {
         let elements = self.elements(mesh, &seamless);
         let separations = separations(&elements);
         let mut best = match &self.periods {
-            Some(periods) => Some(periods.round(ctx, scale, &separations)?),
+            Some(periods) => Some(periods.round(&ctx.span(0.1, 0.5), scale, &separations)?),
             None => None,
         };
         if best.as_ref().is_none_or(|b| b.1 > 0)
-            && let Some(by_flow) = self.flow(ctx, &elements, scale, &separations)?
+            && let Some(by_flow) = self.flow(&ctx.span(0.5, 1.0), &elements, scale, &separations)?
         {
             let is_better = |b: &(Vec<f64>, usize)| {
                 let excess = |q: &[f64]| self.periods.as_ref().map_or(0.0, |p| p.excess(scale, q));

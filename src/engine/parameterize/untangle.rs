@@ -69,13 +69,13 @@ pub fn untangle(
     let targets: Vec<Target> = (0..mesh.n_faces()).map(|f| target(mesh, frames, f, scale)).collect();
     let mut flipped = flipped_faces(map, &targets);
     let mut rings = RINGS;
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         if flipped.is_empty() {
             break;
         }
         let before = map.uv.clone();
         let vertices = region(mesh, &flipped, rings);
-        relax_region(ctx, mesh, map, pinned, &targets, &vertices)?;
+        relax_region(&ctx.part(round, 2 * ROUNDS), mesh, map, pinned, &targets, &vertices)?;
         let now = flipped_faces(map, &targets);
         let is_stuck = now.len() > HOPELESS && 4 * now.len() > 3 * flipped.len();
         if now.len() > flipped.len() {
@@ -109,7 +109,8 @@ pub fn untangle(
                 even_out(mesh, map, pinned, v);
             }
         }
-        relax_region(ctx, mesh, map, pinned, &targets, &region(mesh, &wound, RINGS << round))?;
+        let part = ctx.part(ROUNDS + round, 2 * ROUNDS);
+        relax_region(&part, mesh, map, pinned, &targets, &region(mesh, &wound, RINGS << round))?;
         let now = faces_around(&overwound(mesh, map, pinned));
         if flipped_faces(map, &targets).is_empty() && now.len() < wound.len() {
             wound = now;
@@ -270,6 +271,7 @@ fn relax_region(
     let sweeps = SWEEPS.min(WORK / movable.len().max(1)).max(2);
     for sweep in 0..sweeps {
         ctx.check()?;
+        ctx.advance(sweep as f64 / sweeps as f64);
         let lowest = worst(map);
         if lowest > 0.02 && sweep > 4 {
             break;

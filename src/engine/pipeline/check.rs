@@ -43,7 +43,7 @@ pub fn check(
     spec: &RemeshSpec,
     findings: Option<&RunFindings>,
 ) -> Result<Certificate, RemeshError> {
-    let conditioned = ctx.stage(Stage::Condition, || {
+    let conditioned = ctx.stage(Stage::Condition, |ctx| {
         let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
@@ -54,7 +54,7 @@ pub fn check(
     }
     let edge_length = edge_length(&conditioned, &spec)?;
     let Detected { features, .. } =
-        ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, &spec, edge_length)))?;
+        ctx.stage(Stage::Features, |_| Ok::<_, Cancelled>(features(&conditioned, soup, &spec, edge_length)))?;
     let mut surface = Surface { mesh: conditioned.mesh, features };
     if !spec.symmetry.is_empty() {
         let min_length = SHORTEST_FEATURE * edge_length;
@@ -64,7 +64,7 @@ pub fn check(
     if let Some(findings) = findings {
         surface = without(surface, &findings.given_up);
     }
-    ctx.stage(Stage::Certify, || {
+    ctx.stage(Stage::Certify, |ctx| {
         certify(ctx, &surface, &SurfaceIndex::new(&surface.mesh), quads).map_err(RemeshError::from)
     })
 }

@@ -175,7 +175,7 @@ impl Work<'_> {
         if good.draft.mesh.quads.len() > self.most_improved {
             return Ok(None);
         }
-        let single = ctx.stage(Stage::Optimise, || remove_doublets(ctx, &component.surface, index, &good.draft))?;
+        let single = ctx.stage(Stage::Optimise, |ctx| remove_doublets(ctx, &component.surface, index, &good.draft))?;
         let Some(single) = single else { return Ok(None) };
         let single = self.mend(single)?;
         let is_no_worse = single.refusal.is_none()
@@ -197,7 +197,8 @@ impl Work<'_> {
             if at_hand.least_corner > STRAIGHT {
                 break;
             }
-            let split = ctx.stage(Stage::Optimise, || pillow_quads(ctx, &component.surface, index, &at_hand.draft))?;
+            let split =
+                ctx.stage(Stage::Optimise, |ctx| pillow_quads(ctx, &component.surface, index, &at_hand.draft))?;
             let split = split.map(|draft| self.judged(draft)).transpose()?;
             let split = split.filter(|split| split.refusal.is_none() && is_better(split));
             if split.is_none() {
@@ -214,7 +215,7 @@ impl Work<'_> {
         if good.draft.mesh.quads.len() > self.most_improved {
             return Ok(None);
         }
-        let against = |draft: &QuadDraft| ctx.stage(Stage::Optimise, || count_against(ctx, index, &draft.mesh));
+        let against = |draft: &QuadDraft| ctx.stage(Stage::Optimise, |ctx| count_against(ctx, index, &draft.mesh));
         let before = against(&good.draft)?;
         if before == 0 {
             return Ok(None);
@@ -230,8 +231,9 @@ impl Work<'_> {
         let Self { ctx, component, index, .. } = *self;
         let mut leave = Vec::new();
         for _ in 0..TRIES {
-            let mended = ctx
-                .stage(Stage::Optimise, || repair_quads(ctx, &component.surface, index, &good.draft, which, &leave))?;
+            let mended = ctx.stage(Stage::Optimise, |ctx| {
+                repair_quads(ctx, &component.surface, index, &good.draft, which, &leave)
+            })?;
             let Some(mended) = mended.map(|draft| self.judged(draft)).transpose()? else { break };
             match mended.refusal {
                 // Somewhere it did harm; elsewhere it may be of use.
@@ -246,7 +248,7 @@ impl Work<'_> {
     fn optimised(&self, draft: QuadDraft, improve: bool) -> Result<QuadDraft, Cancelled> {
         let Self { ctx, component, index, .. } = *self;
         let draft = match improve {
-            true => ctx.stage(Stage::Optimise, || improve_connectivity(ctx, &component.surface, index, draft))?,
+            true => ctx.stage(Stage::Optimise, |ctx| improve_connectivity(ctx, &component.surface, index, draft))?,
             false => draft,
         };
         self.relaxed(draft, Vec::new())
@@ -262,7 +264,7 @@ impl Work<'_> {
             strokes: component.strokes.to_vec(),
             held,
         };
-        ctx.stage(Stage::Optimise, || optimise(ctx, &component.surface, index, draft, &options))
+        ctx.stage(Stage::Optimise, |ctx| optimise(ctx, &component.surface, index, draft, &options))
     }
 
     /// The draft, with bad quads mended if it passes then.
@@ -272,7 +274,7 @@ impl Work<'_> {
         if finished.refusal.is_none() {
             return Ok(finished);
         }
-        let mended = ctx.stage(Stage::Optimise, || {
+        let mended = ctx.stage(Stage::Optimise, |ctx| {
             repair_quads(ctx, &component.surface, index, &finished.draft, Bad::TurnedOver, &[])
         })?;
         let mended = mended.map(|draft| self.judged(draft)).transpose()?;
@@ -283,7 +285,7 @@ impl Work<'_> {
     fn reach(&self, draft: &QuadDraft) -> Result<Option<Finished>, Cancelled> {
         let Self { ctx, component, index, .. } = *self;
         let reach_out = |draft: &QuadDraft| {
-            ctx.stage(Stage::Optimise, || reach_out(ctx, &component.surface, index, draft, component.edge_length))
+            ctx.stage(Stage::Optimise, |ctx| reach_out(ctx, &component.surface, index, draft, component.edge_length))
         };
         let Some(reached) = reach_out(draft)? else { return Ok(None) };
         // Those that were pulled stay; the others come after them.
@@ -311,7 +313,7 @@ impl Work<'_> {
 
     fn judged_as_it_is(&self, draft: QuadDraft) -> Result<Finished, Cancelled> {
         let surface = &self.component.surface;
-        let certificate = self.ctx.stage(Stage::Certify, || certify(self.ctx, surface, self.index, &draft.mesh))?;
+        let certificate = self.ctx.stage(Stage::Certify, |ctx| certify(ctx, surface, self.index, &draft.mesh))?;
         let away = certificate.measures.hausdorff_max * surface.mesh.diagonal() / self.component.edge_length;
         let refusal = match certificate.violations.first() {
             Some(violation) => {

@@ -28,13 +28,13 @@ pub struct Inspection {
 /// # Errors
 /// [`RemeshError`]: the input is refused, or the run was stopped.
 pub fn inspect(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Result<Inspection, RemeshError> {
-    let conditioned = ctx.stage(Stage::Condition, || {
+    let conditioned = ctx.stage(Stage::Condition, |ctx| {
         let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
     let edge_length = edge_length(&conditioned, spec)?;
     let Detected { features, .. } =
-        ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
+        ctx.stage(Stage::Features, |_| Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let topology = conditioned.mesh.topology();
     let input = InputReport {
         vertices: conditioned.mesh.n_vertices(),

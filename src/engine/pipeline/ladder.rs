@@ -13,10 +13,11 @@ use crate::engine::mesh::Features;
 use crate::engine::mesh::{SurfaceIndex, small_handles};
 use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, QuadCoverOptions, quad_cover};
 use crate::engine::pipeline::component::{Component, DensePlace};
+use crate::engine::pipeline::costs::{Draft, FIRST_TRY, Size, plan_of_try};
 use crate::engine::pipeline::finish::{Improve, finish, last_resort};
 use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::road::Road;
-use crate::engine::pipeline::spec::{Align, Boundary, Optimise, RemeshSpec};
+use crate::engine::pipeline::spec::{Boundary, Optimise, RemeshSpec};
 use crate::engine::pipeline::working::{Working, renumber_corners, working_surface};
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::extract::{ExtractError, extract_inner_quads, extract_quads};
@@ -241,6 +242,8 @@ fn climb(
         if matches!(rung, Rung::Map(_)) && climb.no_second_field && keep == Keep::Far(0.0) {
             continue;
         }
+        let size = Size::of_component(&component);
+        let ctx = &ctx.attempt(FIRST_TRY).planned(plan_of_try(&size, Draft::ByMap { searched: false }));
         let (draft, map, level) = match rung {
             Rung::Map(smoothing) | Rung::Open(smoothing) | Rung::Denser(smoothing) | Rung::Finer(smoothing, _) => {
                 let boundary_free = matches!(rung, Rung::Open(_));
@@ -255,7 +258,8 @@ fn climb(
                 }
             }
             Rung::Plain(road) => {
-                let draft = || ctx.stage(Stage::Fallback, || road.draft(ctx, &component, &climb.index));
+                let ctx = &ctx.planned(plan_of_try(&size, Draft::Plain));
+                let draft = || ctx.stage(Stage::Fallback, |ctx| road.draft(ctx, &component, &climb.index));
                 match contained(draft) {
                     Some(draft) => (draft?, None, road.level()),
                     None => {
@@ -402,7 +406,7 @@ impl Climb<'_> {
         let is_left_out = Cell::new(0);
         let by_map = || {
             let working =
-                ctx.stage(Stage::Refine, || working_surface(ctx, component, &self.index, spec.working_mesh))?;
+                ctx.stage(Stage::Refine, |ctx| working_surface(ctx, component, &self.index, spec.working_mesh))?;
             let triangles = working.surface.mesh.n_faces();
             let is_small = triangles < MOST_FACES_SEARCHED;
             let branch_points = match spec.optimise {
@@ -413,7 +417,9 @@ impl Climb<'_> {
             if is_first && !is_small && spec.optimise != Optimise::None {
                 is_left_out.set(triangles);
             }
-            let options = method_options(component, &working, spec, smoothing, branch_points);
+            let draft = Draft::ByMap { searched: branch_points.is_some() };
+            let ctx = &ctx.planned(plan_of_try(&Size::of_component(component), draft));
+            let options = working.options(component, spec, smoothing, branch_points);
             by_map(ctx, working, &QuadCoverOptions { boundary_free, ..options })
         };
         let made = contained(by_map);
@@ -476,30 +482,10 @@ fn by_map(
     })?;
     let extract = if options.boundary_free { extract_inner_quads } else { extract_quads };
     let extracted =
-        ctx.stage(Stage::Extract, || extract(ctx, &working.surface.mesh, &working.surface.features, &map.grid));
+        ctx.stage(Stage::Extract, |ctx| extract(ctx, &working.surface.mesh, &working.surface.features, &map.grid));
     match extracted {
         Ok(extraction) => Ok((renumber_corners(extraction.draft, &working.corner_of), (working, map))),
         Err(ExtractError::Cancelled(c)) => Err(Failure::Cancelled(c)),
         Err(e) => Err(Failure::Cause(e.to_string(), Some(Box::new((working, map))))),
-    }
-}
-
-/// What a component with its working surface asks of the method.
-pub(super) fn method_options(
-    component: &Component,
-    working: &Working,
-    spec: &RemeshSpec,
-    smoothing: f64,
-    branch_points: Option<BranchOptions>,
-) -> QuadCoverOptions {
-    QuadCoverOptions {
-        edge_length: component.edge_length,
-        log_size: working.log_size.clone(),
-        quads: spec.adapt_count.then_some(component.quads),
-        smoothing,
-        guided: spec.align == Align::Curvature,
-        branch_points,
-        strokes: component.strokes.to_vec(),
-        boundary_free: false,
     }
 }

@@ -4,6 +4,7 @@
 mod attribute_tests;
 mod check;
 mod component;
+mod costs;
 mod error;
 mod finding;
 mod finish;
@@ -26,6 +27,7 @@ pub use crate::engine::certify::QuadReport;
 pub use crate::engine::methods::quad_cover::RoundingTrial;
 pub use crate::engine::parameterize::RoundingStatistics;
 pub use check::{RunFindings, check};
+pub use costs::{Size, plan_of_run};
 pub use error::RemeshError;
 pub use inspect::{Inspection, inspect};
 pub use outcome::MapOutcome;

@@ -14,6 +14,7 @@ use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::mesh::{Detected, FeatureOptions, TriMesh, detect_features_and_detail};
 use crate::engine::pipeline::component::{Component, split};
+use crate::engine::pipeline::costs::{Size, plan_of_model};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::finding::Finding;
 use crate::engine::pipeline::ladder;
@@ -58,17 +59,20 @@ const MAX_QUADS: f64 = 1e7;
 /// # Errors
 /// [`RemeshError`]: the input is refused, the run was stopped, or no certified quads were found.
 pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Result<Outcome, RemeshError> {
-    let conditioned = ctx.stage(Stage::Condition, || {
+    let guess = Size::of(soup.n_polygons() as f64, spec);
+    let ctx = &ctx.planned(plan_of_model(&guess, spec));
+    let conditioned = ctx.stage(Stage::Condition, |ctx| {
         let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
-    ctx.progress(0.05);
     let edge_length = edge_length(&conditioned, spec)?;
+    let quads = conditioned.mesh.total_area() / (edge_length * edge_length);
+    let ctx = &ctx.planned(plan_of_model(&Size { triangles: conditioned.mesh.n_faces() as f64, quads }, spec));
     let Detected { features, detail, dropped } =
-        ctx.stage(Stage::Features, || Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
+        ctx.stage(Stage::Features, |_| Ok::<_, Cancelled>(features(&conditioned, soup, spec, edge_length)))?;
     let Conditioned { mesh, polygon, repairs, mut warnings, origin, .. } = conditioned;
     let surface = Surface { mesh, features };
-    let log_size = ctx.stage(Stage::Features, || {
+    let log_size = ctx.stage(Stage::Features, |ctx| {
         sizes(ctx, &surface, &origin, soup, spec, edge_length, &mut warnings).map_err(RemeshError::from)
     })?;
     for stroke in strokes_off_surface(&surface.mesh, &spec.strokes, edge_length) {
@@ -90,7 +94,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     warnings.extend(made.warnings);
     let index = SurfaceIndex::new(&made.surface.mesh);
     let certificate =
-        ctx.stage(Stage::Certify, || certify(ctx, &made.surface, &index, &made.quads).map_err(RemeshError::from))?;
+        ctx.stage(Stage::Certify, |ctx| certify(ctx, &made.surface, &index, &made.quads).map_err(RemeshError::from))?;
     if !certificate.certified {
         let cause: Vec<String> = certificate.violations.iter().map(ToString::to_string).collect();
         return Err(RemeshError::NotCertified { cause: cause.join("; ") });
@@ -99,7 +103,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
         // A surface that was mirrored is not the one that the attributes belong to.
         let own = (!spec.symmetry.is_empty()).then(|| SurfaceIndex::new(&surface.mesh));
         let origin = Origin::new(soup, &surface.mesh, &polygon, own.as_ref().unwrap_or(&index));
-        match ctx.stage(Stage::Write, || carry(ctx, &origin, &made.quads, &made.component, spec.preserve)) {
+        match ctx.stage(Stage::Write, |ctx| carry(ctx, &origin, &made.quads, &made.component, spec.preserve)) {
             // The quads are there: they are worth more than what they would have carried.
             Err(Cancelled(StopReason::Deadline)) => {
                 let what = "the deadline passed before attributes were carried to the quads".to_owned();
@@ -146,7 +150,6 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
         map: made.map.as_ref().map(|m| m.report.clone()),
         warnings,
     };
-    ctx.progress(0.97);
     Ok(Outcome { quads: made.quads, attributes, map: made.map, surface: made.surface, report })
 }
 
@@ -204,7 +207,7 @@ fn made_symmetric(
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<Made>, RemeshError> {
     let min_length = SHORTEST_FEATURE * edge_length;
-    let fold = ctx.stage(Stage::Condition, || fold(ctx, whole, log_size, axes, min_length, warnings))?;
+    let fold = ctx.stage(Stage::Condition, |ctx| fold(ctx, whole, log_size, axes, min_length, warnings))?;
     let cause = match make(ctx, fold.surface.clone(), edge_length, &fold.log_size, &[], spec) {
         Err(RemeshError::NoQuads { cause, .. }) => cause,
         made => match unfolded(made?, whole, &fold) {
@@ -213,7 +216,7 @@ fn made_symmetric(
                 let late = (ctx.stopped() == Some(StopReason::Deadline)).then(|| ctx.late());
                 let ctx = late.as_ref().unwrap_or(ctx);
                 let index = SurfaceIndex::new(&made.surface.mesh);
-                let certificate = ctx.stage(Stage::Certify, || certify(ctx, &made.surface, &index, &made.quads))?;
+                let certificate = ctx.stage(Stage::Certify, |ctx| certify(ctx, &made.surface, &index, &made.quads))?;
                 match certificate.violations.first() {
                     None => return Ok(Some(made)),
                     Some(violation) => violation.to_string(),
@@ -312,19 +315,16 @@ fn give_up_features(surface: &mut Surface, components: &[Component], solved: &[S
 
 /// Components in parallel, largest first so that the pool is never left waiting for a late large one.
 fn solve(ctx: &RunContext, components: &[Component], spec: &RemeshSpec) -> Result<Vec<Solved>, RemeshError> {
-    let total: f64 = components.iter().map(|c| c.quads).sum();
+    let weights: Vec<f64> = components.iter().map(|c| c.quads).collect();
+    let parts = ctx.stages(Stage::Refine, Stage::Optimise).side_by_side(&weights);
     let mut order: Vec<usize> = (0..components.len()).collect();
     order.sort_by(|&a, &b| components[b].quads.total_cmp(&components[a].quads).then(a.cmp(&b)));
-    let done = std::sync::Mutex::new(0.0);
     let mut solved: Vec<(usize, Result<Solved, String>)> = order
         .into_par_iter()
         .with_max_len(1)
         .map(|c| {
-            let result = ladder::solve(ctx, &components[c], spec)?;
-            if let Ok(mut done) = done.lock() {
-                *done += components[c].quads;
-                ctx.progress(0.05 + 0.9 * *done / total);
-            }
+            let result = ladder::solve(&parts[c], &components[c], spec)?;
+            parts[c].advance(1.0);
             Ok((c, result))
         })
         .collect::<Result<_, Cancelled>>()?;

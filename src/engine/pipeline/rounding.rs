@@ -9,7 +9,6 @@ use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::methods::quad_cover::{QuadCoverError, RoundingTrial, rounding_trial};
 use crate::engine::pipeline::component::{Component, split};
 use crate::engine::pipeline::error::RemeshError;
-use crate::engine::pipeline::ladder::method_options;
 use crate::engine::pipeline::remesh::{edge_length, features};
 use crate::engine::pipeline::spec::{Optimise, RemeshSpec};
 use crate::engine::pipeline::working::working_surface;
@@ -39,7 +38,7 @@ pub fn rounding_trials(
     let trial = |(c, component): (usize, &Component)| {
         let index = SurfaceIndex::new(&component.surface.mesh);
         let working = working_surface(ctx, component, &index, spec.working_mesh)?;
-        let options = method_options(component, &working, spec, spec.smoothing, branch_points.clone());
+        let options = working.options(component, spec, spec.smoothing, branch_points.clone());
         rounding_trial(ctx, &working.surface, &options, offsets).map_err(|e| match e {
             QuadCoverError::Cancelled(c) => RemeshError::Cancelled(c),
             other => RemeshError::NoQuads { component: c, cause: other.to_string() },

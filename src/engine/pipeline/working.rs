@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::engine::field::BranchOptions;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::{graded_working_mesh, working_mesh};
+use crate::engine::methods::quad_cover::QuadCoverOptions;
 use crate::engine::pipeline::component::Component;
-use crate::engine::pipeline::spec::WorkingMesh;
+use crate::engine::pipeline::spec::{Align, RemeshSpec, WorkingMesh};
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
 use crate::engine::run::Cancelled;
@@ -23,6 +25,28 @@ pub(super) struct Working {
     pub(super) corner_of: BTreeMap<u32, u32>,
     /// Per vertex of the working surface the logarithm of the size of quads; empty if all are to be alike.
     pub(super) log_size: Vec<f64>,
+}
+
+impl Working {
+    /// What the component that this stands for asks of the method.
+    pub(super) fn options(
+        &self,
+        component: &Component,
+        spec: &RemeshSpec,
+        smoothing: f64,
+        branch_points: Option<BranchOptions>,
+    ) -> QuadCoverOptions {
+        QuadCoverOptions {
+            edge_length: component.edge_length,
+            log_size: self.log_size.clone(),
+            quads: spec.adapt_count.then_some(component.quads),
+            smoothing,
+            guided: spec.align == Align::Curvature,
+            branch_points,
+            strokes: component.strokes.to_vec(),
+            boundary_free: false,
+        }
+    }
 }
 
 /// Longest triangle edge relative to a quad edge: singularities need triangles between them.

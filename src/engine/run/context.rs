@@ -5,70 +5,9 @@ use std::fmt::Debug;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-/// The stages of a run, in the order in which a run meets them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Stage {
-    /// Bytes to a triangle soup.
-    Read,
-    /// Soup to an oriented 2-manifold.
-    Condition,
-    /// Sharp edges, corners.
-    Features,
-    /// Triangles fine enough for the target density.
-    Refine,
-    /// Cross field, matching, singularities.
-    Field,
-    /// Cut graph, combing, Poisson solve.
-    Map,
-    /// Jumps and singularities to integers.
-    Round,
-    /// Integer grid lines to quads.
-    Extract,
-    /// Quads without a map.
-    Fallback,
-    /// Positions of the quads.
-    Optimise,
-    /// Certificate and measures.
-    Certify,
-    /// Attributes to the quads, results to bytes.
-    Write,
-}
-
-impl Stage {
-    /// All stages in order.
-    pub const ALL: [Stage; 12] = [
-        Stage::Read,
-        Stage::Condition,
-        Stage::Features,
-        Stage::Refine,
-        Stage::Field,
-        Stage::Map,
-        Stage::Round,
-        Stage::Extract,
-        Stage::Fallback,
-        Stage::Optimise,
-        Stage::Certify,
-        Stage::Write,
-    ];
-
-    /// The stage's name in reports, logs and events.
-    pub fn name(self) -> &'static str {
-        match self {
-            Stage::Read => "read",
-            Stage::Condition => "condition",
-            Stage::Features => "features",
-            Stage::Refine => "refine",
-            Stage::Field => "field",
-            Stage::Map => "map",
-            Stage::Round => "round",
-            Stage::Extract => "extract",
-            Stage::Fallback => "fallback",
-            Stage::Optimise => "optimise",
-            Stage::Certify => "certify",
-            Stage::Write => "write",
-        }
-    }
-}
+use crate::engine::run::plan::Plan;
+use crate::engine::run::scope::Scope;
+use crate::engine::run::stage::Stage;
 
 /// Why a run was asked to stop. Of several reasons the one that stands first here counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -153,7 +92,7 @@ impl Observer for Both {
     }
 
     fn progress(&self, thousandths: u32) {
-        self.first.progress(f64::from(thousandths) / 1000.0);
+        self.first.advance(f64::from(thousandths) / 1000.0);
         self.second.progress(thousandths);
     }
 }
@@ -170,6 +109,8 @@ struct Shared {
 #[derive(Clone)]
 pub struct RunContext {
     shared: Arc<Shared>,
+    pub(super) scope: Arc<Scope>,
+    pub(super) plan: Plan,
     seed: u64,
     /// The [`StopReason`]s that stop this part of the run, one bit each.
     heeds: u8,
@@ -188,8 +129,8 @@ impl RunContext {
     }
 
     fn with(stop: Arc<AtomicU8>, seed: u64, heeds: u8, observer: Box<dyn Observer>) -> Self {
-        let shared = Shared { stop, thousandths: AtomicU32::new(0), observer };
-        Self { shared: Arc::new(shared), seed, heeds }
+        let shared = Arc::new(Shared { stop, thousandths: AtomicU32::new(0), observer });
+        Self { shared, scope: Arc::new(Scope::whole()), plan: Plan::default(), seed, heeds }
     }
 
     /// The same run, with this seed, heard by one more observer. Whoever stops one of the two contexts stops both.
@@ -238,20 +179,30 @@ impl RunContext {
         self.stopped().map_or(Ok(()), |reason| Err(Cancelled(reason)))
     }
 
-    /// Runs one stage between its `stage_begins` and `stage_ends`, checking for a stop first.
-    pub fn stage<T, E: From<Cancelled>>(&self, stage: Stage, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    /// Runs one stage between its `stage_begins` and `stage_ends`, checking for a stop first. The work gets the context
+    /// by which it tells how far it is: its share of the progress by the plan of this one.
+    pub fn stage<T, E: From<Cancelled>>(
+        &self,
+        stage: Stage,
+        work: impl FnOnce(&RunContext) -> Result<T, E>,
+    ) -> Result<T, E> {
         self.check()?;
         self.shared.observer.stage_begins(stage);
-        let result = work();
+        let within = self.stages(stage, stage);
+        let result = work(&within);
+        if result.is_ok() {
+            within.advance(1.0);
+        }
         self.shared.observer.stage_ends(stage);
         result
     }
 
-    /// The whole run is this far, 0 to 1; smaller values than the last are ignored.
-    pub fn progress(&self, fraction: f64) {
-        let thousandths = (fraction.clamp(0.0, 1.0) * 1000.0).round() as u32;
-        if self.shared.thousandths.fetch_max(thousandths, Ordering::AcqRel) < thousandths {
-            self.shared.observer.progress(thousandths);
+    /// Tells the observer if the whole run is further than before, in thousandths.
+    pub(super) fn heard(&self, thousandths: Option<u32>) {
+        if let Some(now) = thousandths
+            && self.shared.thousandths.fetch_max(now, Ordering::AcqRel) < now
+        {
+            self.shared.observer.progress(now);
         }
     }
 }
@@ -266,7 +217,7 @@ mod tests {
         assert_eq!(ctx.check(), Ok(()));
         ctx.stop(StopReason::Deadline);
         assert_eq!(ctx.check(), Err(Cancelled(StopReason::Deadline)));
-        assert!(ctx.stage(Stage::Field, || Ok::<_, Cancelled>(())).is_err());
+        assert!(ctx.stage(Stage::Field, |_| Ok::<_, Cancelled>(())).is_err());
         let late = ctx.late();
         assert_eq!(late.check(), Ok(()));
         ctx.stop(StopReason::Overtime);
@@ -291,9 +242,9 @@ mod tests {
         let (first, second) = (Arc::new(Ears::default()), Arc::new(Ears::default()));
         let outer = RunContext::new(1, first.clone());
         let inner = outer.also(2, second.clone());
-        inner.stage(Stage::Field, || Ok::<_, Cancelled>(())).unwrap();
-        inner.progress(0.257);
-        inner.progress(0.1);
+        inner.stage(Stage::Field, |_| Ok::<_, Cancelled>(())).unwrap();
+        inner.advance(0.257);
+        inner.advance(0.1);
         for ears in [&first, &second] {
             assert_eq!(ears.0.load(Ordering::Relaxed), 10_257);
         }

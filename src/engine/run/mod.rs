@@ -2,8 +2,14 @@
 
 mod context;
 mod fault;
+mod plan;
+mod progress;
+mod scope;
+mod stage;
 mod warning;
 
-pub use context::{Cancelled, Observer, RunContext, Silent, Stage, StopReason};
+pub use context::{Cancelled, Observer, RunContext, Silent, StopReason};
 pub use fault::{Blame, Fault};
+pub use plan::Plan;
+pub use stage::Stage;
 pub use warning::{Warning, WarningKind};

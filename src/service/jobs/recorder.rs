@@ -1,6 +1,6 @@
 //! The books of one running attempt: what the engine says, throttled into the database; what clients say, to the engine.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -9,7 +9,8 @@ use uuid::Uuid;
 
 use crate::engine::run::{Observer, RunContext, Stage, StopReason};
 use crate::service::jobs::Live;
-use crate::service::store::{Holding, Store};
+use crate::service::store::{Holding, Standing, Store};
+use crate::service::time_left::TimeLeft;
 
 /// Shortest time between two writes, and longest until a cancellation by another process is seen.
 const PACE: Duration = Duration::from_millis(400);
@@ -57,13 +58,15 @@ pub(super) struct Recorder {
     pub(super) live: Live,
     pub(super) job: Uuid,
     pub(super) attempt: u32,
+    /// How far earlier attempts came, in thousandths: what is told never falls.
+    pub(super) before: u32,
     pub(super) context: RunContext,
 }
 
 impl Recorder {
     /// Writes until `done`, then writes the rest; ends early if the job is lost.
     pub(super) async fn keep(self, mut said: Said, done: CancellationToken) {
-        let mut page = Page::default();
+        let mut page = Page::new(self.before);
         loop {
             let over = tokio::select! {
                 () = done.cancelled() => true,
@@ -82,8 +85,10 @@ impl Recorder {
     /// `false` if the job is not ours any more.
     async fn write(&self, page: &mut Page) -> bool {
         let changed = page.changed;
-        let events = page.turn();
-        match self.store.note(self.job, self.attempt, page.stage.map(Stage::name), page.progress, &events).await {
+        let events = page.turn(page.begun.elapsed());
+        let standing =
+            Standing { stage: page.stage.map(Stage::name), progress: page.progress, seconds_left: page.seconds_left };
+        match self.store.note(self.job, self.attempt, &standing, &events).await {
             Ok(Holding::Held { cancel: true }) => self.context.stop(StopReason::Client),
             Ok(Holding::Held { cancel: false }) => {}
             // Whoever took the job over, or deleted it, decides about it now.
@@ -101,16 +106,34 @@ impl Recorder {
 }
 
 /// What has not been written yet.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Page {
+    begun: Instant,
+    time_left: TimeLeft,
     stage: Option<Stage>,
+    before: u32,
     progress: u32,
+    seconds_left: Option<u64>,
     changed: bool,
     progressed: bool,
     events: Vec<(&'static str, Value)>,
 }
 
 impl Page {
+    fn new(before: u32) -> Self {
+        Self {
+            before,
+            begun: Instant::now(),
+            time_left: TimeLeft::default(),
+            stage: None,
+            progress: 0,
+            seconds_left: None,
+            changed: false,
+            progressed: false,
+            events: Vec::new(),
+        }
+    }
+
     fn take(&mut self, step: Step) {
         self.changed = true;
         match step {
@@ -126,12 +149,15 @@ impl Page {
         }
     }
 
-    /// The events so far; many steps of progress are one.
-    fn turn(&mut self) -> Vec<(&'static str, Value)> {
+    /// The events so far, this long after the start; many steps of progress are one.
+    fn turn(&mut self, elapsed: Duration) -> Vec<(&'static str, Value)> {
         let mut events = std::mem::take(&mut self.events);
         if self.progressed {
-            let stage = self.stage.map(Stage::name);
-            events.push(("progress", json!({"progress": f64::from(self.progress) / 1000.0, "stage": stage})));
+            let (stage, progress) = (self.stage.map(Stage::name), f64::from(self.progress) / 1000.0);
+            self.seconds_left = self.time_left.seconds(elapsed, progress);
+            let told = f64::from(self.progress.max(self.before)) / 1000.0;
+            let data = json!({"progress": told, "stage": stage, "seconds_left": self.seconds_left});
+            events.push(("progress", data));
         }
         self.progressed = false;
         self.changed = false;
@@ -145,14 +171,26 @@ mod tests {
 
     #[test]
     fn many_steps_of_progress_are_one_event() {
-        let mut page = Page::default();
+        let mut page = Page::new(0);
         page.take(Step::Begins(Stage::Read));
         for n in 0..500 {
             page.take(Step::Progress(n));
         }
-        let events = page.turn();
+        let events = page.turn(Duration::from_secs(10));
         assert_eq!(events.iter().map(|(kind, _)| *kind).collect::<Vec<_>>(), ["stage", "progress"]);
-        assert_eq!(events[1].1, json!({"progress": 0.499, "stage": "read"}));
-        assert!(page.turn().is_empty());
+        assert_eq!(events[1].1, json!({"progress": 0.499, "stage": "read", "seconds_left": 10}));
+        assert!(page.turn(Duration::from_secs(11)).is_empty());
+    }
+
+    #[test]
+    fn another_attempt_tells_no_less_than_the_one_before() {
+        let mut page = Page::new(600);
+        let mut told = |thousandths, seconds| {
+            page.take(Step::Progress(thousandths));
+            page.turn(Duration::from_secs(seconds)).remove(0).1
+        };
+        let (early, late) = (told(100, 10), told(700, 70));
+        assert_eq!((&early["progress"], &early["seconds_left"]), (&json!(0.6), &json!(90)));
+        assert_eq!(late["progress"], json!(0.7));
     }
 }

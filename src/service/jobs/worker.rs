@@ -101,6 +101,7 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
             live: self.live.clone(),
             job: job.id,
             attempt: job.attempt,
+            before: job.progress,
             context: context.clone(),
         };
         let done = CancellationToken::new();

@@ -46,7 +46,7 @@ pub fn check_quads(
     spec: &RemeshSpec,
     findings: Option<&RunFindings>,
 ) -> Result<CertificateBody, Problem> {
-    let model = ctx.stage(Stage::Read, || {
+    let model = ctx.stage(Stage::Read, |_| {
         read_model(input.bytes, input.format, input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
     let certificate = check(ctx, &model.soup, quads, spec, findings)

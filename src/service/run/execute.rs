@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::engine::certify::certify;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::pipeline::{Outcome, RemeshSpec, remesh};
+use crate::engine::pipeline::{Outcome, RemeshSpec, Size, plan_of_run, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage, StopReason, Warning, WarningKind};
 use crate::service::config::LimitsConfig;
@@ -18,6 +18,9 @@ use crate::service::run::deadline::Deadline;
 use crate::service::run::memory::peak_bytes;
 use crate::service::run::stage_clock::StageClock;
 use crate::service::wire::{Problem, ProblemKind, ReportBody, WarningBody, problem_of_fault};
+
+/// Bytes of a file per triangle, about: for the progress of reading it.
+const BYTES_OF_A_TRIANGLE: f64 = 40.0;
 
 /// An upload.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +45,12 @@ pub struct Wanted {
     pub map: Vec<MapFormat>,
     /// Pixels of the sides of a picture.
     pub preview: Option<u32>,
+}
+
+impl Wanted {
+    fn n_files(&self) -> usize {
+        self.quads.len() + self.map.len() + usize::from(self.preview.is_some())
+    }
 }
 
 /// What a run made: certified, or there would be none.
@@ -96,11 +105,15 @@ pub fn execute(
 }
 
 fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted) -> Result<Products, Problem> {
-    let Model { soup, scene, warnings } = ctx.stage(Stage::Read, || {
+    let files = wanted.n_files();
+    let guess = input.bytes.len() as f64 / BYTES_OF_A_TRIANGLE;
+    let ctx = &ctx.planned(plan_of_run(&Size::of(guess, spec), files));
+    let Model { soup, scene, warnings } = ctx.stage(Stage::Read, |_| {
         read_model(input.bytes, input.format, input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
-    let mut outcome =
-        remesh(ctx, &soup, spec).map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
+    let ctx = &ctx.planned(plan_of_run(&Size::of(soup.n_polygons() as f64, spec), files));
+    let mut outcome = remesh(&ctx.stages(Stage::Condition, Stage::Certify), &soup, spec)
+        .map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
     drop(soup);
     outcome.report.warnings.extend(warnings);
     // A deadline has done its work when the engine hands out what it had by then; a client or an ending process that
@@ -109,7 +122,7 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted
         return Err(Problem::stopped(reason));
     }
     let ctx = &ctx.late();
-    ctx.stage(Stage::Write, || write(ctx, outcome, &scene, wanted))
+    ctx.stage(Stage::Write, |ctx| write(ctx, outcome, &scene, wanted))
 }
 
 /// Writes all files and certifies what is read back from them.
@@ -118,14 +131,16 @@ fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted) -> 
     let index = SurfaceIndex::new(&outcome.surface.mesh);
     let mut quads: Vec<(QuadFormat, Vec<u8>)> = Vec::new();
     let mut proved: Option<QuadMesh> = None;
-    for &format in &wanted.quads {
+    let files = wanted.n_files();
+    for (i, &format) in wanted.quads.iter().enumerate() {
+        let ctx = ctx.part(i, files);
         let bytes = write_model(&outcome.quads, &outcome.attributes, scene, format);
         let again = read_quads(&bytes, format).map_err(|error| not_certified(&error.to_string()))?;
         if proved.as_ref().is_some_and(|proved| *proved == again) {
             quads.push((format, bytes));
             continue;
         }
-        let certificate = certify(ctx, &outcome.surface, &index, &again)?;
+        let certificate = certify(&ctx.span(0.3, 1.0), &outcome.surface, &index, &again)?;
         if certificate.certified {
             quads.push((format, bytes));
             proved.get_or_insert(again);
@@ -146,9 +161,13 @@ fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted) -> 
         scale: map.scale,
         singularities: &map.singularities,
     });
-    let map = map.iter().flat_map(|view| wanted.map.iter().map(|&format| (format, write_map(view, format)))).collect();
+    let mut maps = Vec::new();
+    for (i, &format) in wanted.map.iter().enumerate().filter(|_| map.is_some()) {
+        ctx.advance((wanted.quads.len() + i) as f64 / files as f64);
+        maps.extend(map.as_ref().map(|view| (format, write_map(view, format))));
+    }
     let preview = wanted.preview.map(|size| draw(&outcome.quads, size)).transpose()?;
-    Ok(Products { quads, map, preview, report })
+    Ok(Products { quads, map: maps, preview, report })
 }
 
 /// A square PNG of the quads, `size` pixels wide.

@@ -71,7 +71,7 @@ pub struct SurfaceBody {
 pub fn inspect_file(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec) -> Result<InspectionBody, Problem> {
     let format = input.format.or_else(|| Format::sniff(input.bytes));
     let format = format.ok_or_else(|| Problem::from(&ReadError::UnknownFormat))?;
-    let model = ctx.stage(Stage::Read, || {
+    let model = ctx.stage(Stage::Read, |_| {
         read_model(input.bytes, Some(format), input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
     let holds = contents(&model);

@@ -38,6 +38,8 @@ pub struct JobRow {
     pub stage: Option<String>,
     /// Thousandths.
     pub progress: u32,
+    /// Seconds that the run is expected to take from here on; only while it runs.
+    pub seconds_left: Option<u64>,
     /// How often a worker began.
     pub attempt: u32,
     /// Attempts that ended by an orderly shutdown or because the storage failed.
@@ -88,6 +90,7 @@ impl JobRow {
             status: JobStatus::from_name(&status).ok_or_else(|| damaged("status", status.clone()))?,
             stage: row.try_get("stage")?,
             progress: row.try_get("progress")?,
+            seconds_left: row.try_get::<Option<i64>, _>("seconds_left")?.and_then(|seconds| seconds.try_into().ok()),
             attempt: row.try_get("attempt")?,
             excused: row.try_get("excused")?,
             faulty_since: row.try_get("faulty_since")?,

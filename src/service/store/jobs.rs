@@ -29,6 +29,17 @@ pub enum Holding {
     Lost,
 }
 
+/// How far a running attempt is.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing {
+    /// Name of the stage that began last.
+    pub stage: Option<&'static str>,
+    /// Thousandths.
+    pub progress: u32,
+    /// Seconds that the run is expected to take from here on.
+    pub seconds_left: Option<u64>,
+}
+
 /// What a request to cancel did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cancelling {
@@ -79,7 +90,7 @@ impl Store {
         let mut tx = self.write().await?;
         let row: Option<SqliteRow> = sqlx::query(
             "UPDATE remesh_jobs
-             SET status = 'running', attempt = attempt + 1, stage = NULL, started_at = COALESCE(started_at, ?3)
+             SET status = 'running', attempt = attempt + 1, stage = NULL, seconds_left = NULL, started_at = COALESCE(started_at, ?3)
              WHERE id = ?1 AND ticket = ?2 AND status IN ('queued', 'running') RETURNING *",
         )
         .bind(id.to_string())
@@ -99,19 +110,19 @@ impl Store {
         &self,
         id: Uuid,
         attempt: u32,
-        stage: Option<&str>,
-        progress: u32,
+        standing: &Standing,
         happened: &[(&'static str, Value)],
     ) -> Result<Holding, StoreError> {
         let mut tx = self.write().await?;
         let cancel: Option<bool> = sqlx::query_scalar(
-            "UPDATE remesh_jobs SET stage = COALESCE(?3, stage), progress = MAX(progress, ?4)
+            "UPDATE remesh_jobs SET stage = COALESCE(?3, stage), progress = MAX(progress, ?4), seconds_left = ?5
              WHERE id = ?1 AND attempt = ?2 AND status = 'running' RETURNING cancel_requested",
         )
         .bind(id.to_string())
         .bind(attempt)
-        .bind(stage)
-        .bind(progress)
+        .bind(standing.stage)
+        .bind(standing.progress)
+        .bind(standing.seconds_left.map(|seconds| i64::try_from(seconds).unwrap_or(i64::MAX)))
         .fetch_optional(&mut *tx)
         .await?;
         let Some(cancel) = cancel else { return Ok(Holding::Lost) };
@@ -127,7 +138,7 @@ impl Store {
         let now = now_ms();
         let mut tx = self.write().await?;
         let done = sqlx::query(
-            "UPDATE remesh_jobs SET status = ?3, stage = NULL, result = ?4, problem = ?5, artefacts = ?6,
+            "UPDATE remesh_jobs SET status = ?3, stage = NULL, seconds_left = NULL, result = ?4, problem = ?5, artefacts = ?6,
              input = COALESCE(?7, input), finished_at = ?8, expires_at = ?9,
              progress = CASE WHEN ?3 = 'succeeded' THEN 1000 ELSE progress END
              WHERE id = ?1 AND attempt = ?2 AND status = 'running'",
@@ -219,7 +230,7 @@ pub(in crate::service) async fn insert(connection: &mut SqliteConnection, job: &
             .await?;
     }
     // Followers of a waiting job see at once that the stream is alive.
-    events::append(connection, job.id, "progress", &json!({"progress": 0.0, "stage": null})).await
+    events::append(connection, job.id, "progress", &json!({"progress": 0.0, "stage": null, "seconds_left": null})).await
 }
 
 /// The job that this idempotency key made.
@@ -241,7 +252,8 @@ pub(in crate::service) async fn put_back(
     faulty_since: Option<i64>,
 ) -> Result<bool, StoreError> {
     let done = sqlx::query(
-        "UPDATE remesh_jobs SET status = 'queued', stage = NULL, ticket = ?3, excused = excused + 1, faulty_since = ?4
+        "UPDATE remesh_jobs
+         SET status = 'queued', stage = NULL, seconds_left = NULL, ticket = ?3, excused = excused + 1, faulty_since = ?4
          WHERE id = ?1 AND attempt = ?2 AND status = 'running'",
     )
     .bind(job.id.to_string())

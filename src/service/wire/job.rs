@@ -151,6 +151,8 @@ pub struct JobBody {
     pub stage: Option<String>,
     /// 0 to 1, never falls.
     pub progress: f64,
+    /// Seconds that the run is expected to take from here on; null unless running, and while that is unknown.
+    pub seconds_left: Option<u64>,
     /// How many jobs are before this one; null unless queued.
     pub queue_position: Option<u64>,
     /// How often a worker began, from 0.

@@ -121,13 +121,14 @@ pub(in crate::engine::field) fn search_branch_points(
     };
     // A surface that can do without any branch point keeps its perfect grid: evener squares are not worth its loss.
     let create = options.create && is_full && begun.points > 0;
-    let first = if create { (MOVING_SHARE * limit as f64) as usize } else { limit };
-    let mut search = Search { ctx, around, field, energy, rest, done: &mut done, limit: first };
+    let share = if create { MOVING_SHARE } else { 1.0 };
+    let first = (share * limit as f64) as usize;
+    let mut search = Search { ctx: ctx.span(0.0, share), around, field, energy, rest, done: &mut done, limit: first };
     let start = if is_full { (MAX_BATCH, LONGEST_STRIDE) } else { (MAX_BATCH, 1) };
     let mut moves = Moves::new(mesh, &curl, around);
     search.phase(&mut moves, start)?;
     if create {
-        search.limit = limit;
+        (search.ctx, search.limit) = (ctx.span(share, 1.0), limit);
         moves.price = Some(PRICE * around.edge_length.powi(2) / around.frames.total_area(mesh));
         search.phase(&mut moves, (MAX_BATCH / 4, 1))?;
     }
@@ -137,7 +138,7 @@ pub(in crate::engine::field) fn search_branch_points(
 }
 
 struct Search<'a> {
-    ctx: &'a RunContext,
+    ctx: RunContext,
     around: &'a Surroundings<'a>,
     field: &'a mut CrossField,
     energy: CurlEnergy,
@@ -152,12 +153,15 @@ impl Search<'_> {
     fn phase(&mut self, moves: &mut Moves<'_>, (mut batch, mut stride): (usize, usize)) -> Result<(), FieldError> {
         let Surroundings { mesh, frames, turning, .. } = *self.around;
         let curl = moves.curl;
-        let mut failures = 0;
+        let (begun, mut failures) = (self.done.evaluations, 0);
         let mut history = vec![moves.cost(self.field, self.energy.value)];
         let mut derivative = curl.derivative(mesh, frames, self.field, &self.energy, turning);
         let mut proposed = moves.propose(self.field, &derivative);
         while self.done.evaluations < self.limit && failures < MAX_FAILURES {
             self.ctx.check()?;
+            // It mostly ends long before the limit.
+            let left = 1.0 - (self.done.evaluations - begun) as f64 / (self.limit - begun) as f64;
+            self.ctx.advance(1.0 - left * left);
             let chosen = moves.choose(&proposed, batch);
             if chosen.is_empty() {
                 break;

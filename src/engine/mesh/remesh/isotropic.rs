@@ -84,10 +84,12 @@ pub(in crate::engine) fn remesh_with_middles(
 ) -> Result<Edited, Cancelled> {
     let mut work = Remesher::new(ctx, surface, original, *options);
     // Much too fine inputs lose most of their edges here, the shortest first, at the price of a few sweeps.
-    for fraction in [0.125, 0.25, 0.5] {
+    for (i, fraction) in [0.125, 0.25, 0.5].into_iter().enumerate() {
+        ctx.advance(0.1 * i as f64);
         work.collapse_short_edges(0.8 * fraction * options.target_edge)?;
     }
-    for _ in 0..options.sweeps {
+    for sweep in 0..options.sweeps {
+        ctx.advance(0.3 + 0.7 * sweep as f64 / options.sweeps as f64);
         work.split_long_edges()?;
         work.collapse_short_edges(0.8 * options.target_edge)?;
         work.flip_edges()?;

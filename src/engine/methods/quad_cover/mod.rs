@@ -134,6 +134,9 @@ const FALLEN_WEIGHT: f64 = 8.0;
 const MANY_INTEGERS: usize = 400;
 const VERY_MANY_INTEGERS: usize = 1000;
 
+/// Each scale takes this share of what is left of the progress: most maps need two.
+const SHARE_OF_SCALE: f64 = 0.6;
+
 /// Runs the method on the working mesh of one component.
 ///
 /// # Errors
@@ -145,11 +148,11 @@ pub fn quad_cover(
 ) -> Result<QuadCoverMap, QuadCoverError> {
     let mesh = &working.mesh;
     let Prepared { frames, field, branch_search, system } = prepare(ctx, working, options)?;
-    ctx.stage(Stage::Round, || {
-        let (rounded, grid, measures) = meet_count(ctx, working, &frames, &system, options)?;
-        let (mut grid, _) = stiffen::stiffen(ctx, mesh, &frames, &system, &rounded, grid, measures)?;
+    ctx.stage(Stage::Round, |ctx| {
+        let (rounded, grid, measures) = meet_count(&ctx.span(0.0, 0.9), working, &frames, &system, options)?;
+        let (mut grid, _) = stiffen::stiffen(&ctx.span(0.9, 0.95), mesh, &frames, &system, &rounded, grid, measures)?;
         let pinned = pinned(working, &field);
-        let left = untangle(ctx, mesh, &frames, &mut grid, &pinned, rounded.scale)?;
+        let left = untangle(&ctx.span(0.95, 1.0), mesh, &frames, &mut grid, &pinned, rounded.scale)?;
         let mut measures = measure_map(mesh, &frames, &grid, rounded.scale);
         measures.flipped = measures.flipped.max(left);
         Ok(QuadCoverMap {
@@ -180,11 +183,12 @@ fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> R
     let flags = options.followed(working);
     let strokes = stroke_guidance(mesh, &frames, &options.strokes, options.edge_length);
     let (field, branch_search) =
-        ctx.stage(Stage::Field, || solve_field(ctx, working, &frames, strokes.clone(), options))?;
+        ctx.stage(Stage::Field, |ctx| solve_field(ctx, working, &frames, strokes.clone(), options))?;
     let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
     let weight = (0..mesh.n_faces()).map(weight).collect();
-    let system = ctx
-        .stage(Stage::Map, || MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), weight))?;
+    let system = ctx.stage(Stage::Map, |ctx| {
+        MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), weight)
+    })?;
     Ok(Prepared { frames, field, branch_search, system })
 }
 
@@ -215,7 +219,7 @@ pub fn rounding_trial(
 ) -> Result<RoundingTrial, QuadCoverError> {
     let Prepared { system, branch_search, .. } = prepare(ctx, working, options)?;
     let scale = 1.0 / options.edge_length;
-    ctx.stage(Stage::Round, || {
+    ctx.stage(Stage::Round, |ctx| {
         let rounded = system.round(ctx, &working.mesh, scale)?;
         let statistics = system.rounding_statistics(ctx, scale, offsets)?;
         Ok(RoundingTrial {
@@ -264,7 +268,8 @@ fn meet_count(
             }
             scale = centre * nearby[attempt - tries];
         }
-        let rounded = system.round(ctx, &working.mesh, scale)?;
+        let ctx = &ctx.attempt(SHARE_OF_SCALE);
+        let rounded = system.round(&ctx.span(0.0, 0.9), &working.mesh, scale)?;
         let grid = match system.map(&working.mesh, &rounded) {
             Err(e) if attempt + 1 == tries + nearby.len() && best.is_none() => return Err(e.into()),
             Err(_) => {

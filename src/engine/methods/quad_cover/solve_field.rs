@@ -40,11 +40,12 @@ pub(super) fn solve_field(
     options: &QuadCoverOptions,
 ) -> Result<(CrossField, BranchSearch), QuadCoverError> {
     let coarse = match options.branch_points {
-        Some(_) => coarse_start(ctx, working, frames, options)?,
+        Some(_) => coarse_start(&ctx.span(0.0, 0.6), working, frames, options)?,
         None => None,
     };
     let (start, mut search) = coarse.map_or((None, BranchSearch::default()), |(start, search)| (Some(start), search));
-    let (field, after) = on_mesh(ctx, working, frames, strokes, start, options)?;
+    let fine = if start.is_some() { ctx.span(0.6, 1.0) } else { ctx.clone() };
+    let (field, after) = on_mesh(&fine, working, frames, strokes, start, options)?;
     search.go_on(after);
     Ok((field, search))
 }
@@ -64,14 +65,14 @@ fn coarse_start(
         return Ok(None);
     }
     let index = SurfaceIndex::new(mesh);
-    let coarse = remesh_isotropic(ctx, working, &index, &IsotropicOptions::dense(edge))?;
+    let coarse = remesh_isotropic(&ctx.span(0.0, 0.3), working, &index, &IsotropicOptions::dense(edge))?;
     if coarse.mesh.n_faces() > mesh.n_faces() / 2 {
         return Ok(None);
     }
     let log_size = carried_sizes(mesh, &index, &options.log_size, coarse.mesh.positions());
     let coarse_frames = frames_of(&coarse.mesh, &log_size);
     let strokes = stroke_guidance(&coarse.mesh, &coarse_frames, &options.strokes, options.edge_length);
-    let (field, search) = on_mesh(ctx, &coarse, &coarse_frames, strokes, None, options)?;
+    let (field, search) = on_mesh(&ctx.span(0.3, 0.95), &coarse, &coarse_frames, strokes, None, options)?;
     let start = transfer_field((&coarse.mesh, &coarse_frames, &field), (mesh, frames), REACH * options.edge_length);
     Ok(Some((start, search)))
 }
@@ -103,6 +104,7 @@ fn on_mesh(
     let mesh = &surface.mesh;
     let flags = options.followed(surface);
     let guidance = options.guided.then(|| curvature_guidance(mesh, frames, &flags, 0.7 * options.edge_length));
+    ctx.advance(0.1);
     let field_options = FieldOptions {
         edge_length: options.edge_length,
         smoothing: options.smoothing,
@@ -110,5 +112,5 @@ fn on_mesh(
         strokes,
         start,
     };
-    Ok(smooth_cross_field(ctx, mesh, frames, &flags, guidance.as_ref(), &field_options)?)
+    Ok(smooth_cross_field(&ctx.span(0.1, 1.0), mesh, frames, &flags, guidance.as_ref(), &field_options)?)
 }

@@ -29,11 +29,12 @@ pub(super) fn stiffen(
 ) -> Result<(GridMap, MapMeasures), QuadCoverError> {
     let mut weight = vec![1.0; mesh.n_faces()];
     let (mut best, mut last) = ((grid.clone(), measures), grid);
-    for _ in 0..MAX_ROUNDS {
+    for round in 0..MAX_ROUNDS {
         if best.1.flipped == 0 {
             break;
         }
         ctx.check()?;
+        ctx.advance(round as f64 / MAX_ROUNDS as f64);
         add_weight(mesh, frames, rounded.scale, &last, &mut weight);
         let Ok(grid) = system.map_weighted(mesh, frames, rounded, &weight) else { break };
         let measures = measure_map(mesh, frames, &grid, rounded.scale);

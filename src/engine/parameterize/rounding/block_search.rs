@@ -102,7 +102,7 @@ pub(super) fn block_search(
     seed: u64,
     mut work: u64,
 ) -> Result<(), Cancelled> {
-    let n = candidate.q.len();
+    let (n, all) = (candidate.q.len(), work.max(1) as f64);
     let mut is_open = vec![true; blocks.blocks.len()];
     blocks.settle(ctx, candidate, &mut is_open, &mut work)?;
     if blocks.blocks.len() < 2 && candidate.violated().is_empty() {
@@ -112,6 +112,7 @@ pub(super) fn block_search(
     let mut best = (candidate.violated(), candidate.clone());
     while work > 0 {
         ctx.check()?;
+        ctx.advance(1.0 - work as f64 / all);
         for (i, s) in kick(blocks, candidate, &best.0, &mut random) {
             if !candidate.breaks(&[(i, s)]) {
                 candidate.take(&[(i, s)]);

@@ -71,7 +71,7 @@ impl Periods {
         target: &[f64],
         separations: &[Separation],
     ) -> Result<(Vec<f64>, usize), Cancelled> {
-        let positions = pulled(ctx, &self.gram, &self.inverse, target, separations)?;
+        let positions = pulled(&ctx.span(0.0, 0.4), &self.gram, &self.inverse, target, separations)?;
         let Some(lattice) = &self.lattice else {
             let n_violated = separations.iter().filter(|s| s.is_violated(&positions)).count();
             return Ok((positions, n_violated));
@@ -80,13 +80,13 @@ impl Periods {
         let forms = lattice.separations(separations);
         let guard = Guard::new(self.gram.n, &forms);
         let target = basis.coordinates(target);
-        let near = pulled(ctx, &lattice.gram, &lattice.inverse, &target, &forms)?;
+        let near = pulled(&ctx.span(0.4, 0.8), &lattice.gram, &lattice.inverse, &target, &forms)?;
         let starts = [basis.coordinates(&positions), near].map(|q| Candidate::new(&lattice.gram, &guard, &target, q));
         let [a, b] = starts;
         let is_first = (a.violated().len(), a.energy) <= (b.violated().len(), b.energy);
         let mut best = if is_first { a } else { b };
         let work = MAX_WORK.min(WORK_PER_INTEGER * best.q.len() as u64);
-        block_search(ctx, &lattice.blocks, &mut best, ctx.seed(), work)?;
+        block_search(&ctx.span(0.8, 1.0), &lattice.blocks, &mut best, ctx.seed(), work)?;
         let n_violated = best.violated().len();
         Ok((basis.combine(&best.q), n_violated))
     }

@@ -33,6 +33,7 @@ impl Periods {
         reduced: &Reduced,
         factor: &Cholesky<f64>,
     ) -> Result<Option<Self>, Cancelled> {
+        let solves = ctx.span(0.0, 0.7);
         let (n, nz) = (reduced.b_q.len(), reduced.b_z.len());
         let columns: Vec<usize> = (0..n).collect();
         let blocks: Vec<Vec<f64>> = columns
@@ -52,6 +53,7 @@ impl Periods {
                         .extend(reduced.zq.iter().map(|c| c.iter().map(|&(i, v)| v * column[i as usize]).sum::<f64>()));
                 }
                 block.resize(n * chunk.len(), 0.0);
+                solves.step(n.div_ceil(CHUNK));
                 Ok(block)
             })
             .collect::<Result<_, Cancelled>>()?;
@@ -85,6 +87,7 @@ impl Periods {
         let Some(inverse) = positive_definite_inverse(n, &gram.rows) else { return Ok(None) };
         let optimum = inverse.chunks(n.max(1)).map(|row| dot(row, b)).collect();
         ctx.check()?;
+        ctx.advance(0.8);
         let lattice = Lattice::reduced(&gram);
         Ok(Some(Self { gram, inverse, optimum, lattice }))
     }

@@ -57,11 +57,12 @@ pub fn reach_out(
     let mut shaping = Shaping::new(&sheet, index, draft, 0.5 * mean);
     let net = QuadNet::new(draft);
     let mut pulled = false;
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        let part = ctx.part(round, ROUNDS);
         let mesh = QuadMesh { positions: shaping.positions.clone(), quads: draft.mesh.quads.clone() };
         let mut again = false;
         let mut taken = vec![false; mesh.quads.len()];
-        for far in far_points(ctx, surface, &mesh, FAR * edge_length)? {
+        for far in far_points(&part, surface, &mesh, FAR * edge_length)? {
             let least = if far.distance > VERY_FAR * edge_length { LEAST_VERY_FAR } else { LEAST };
             again |= pull(index, &net, &mut shaping, &far, least, &mut taken);
         }
@@ -98,6 +99,7 @@ fn far_points(ctx: &RunContext, surface: &Surface, quads: &QuadMesh, least: f64)
     let look = |(i, &v): (usize, &u32)| {
         if i % 32 == 0 {
             ctx.check()?;
+            ctx.step(chosen.len().div_ceil(32));
         }
         let point = surface.mesh.position(v);
         let foot = index.closest(point);

@@ -86,11 +86,13 @@ pub fn repair_quads(
     let mut repair = Repair { net: QuadNet::new(draft), shaping, index, which, mean };
     let mut left = bad;
     let mut mended = false;
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        let part = ctx.part(round, ROUNDS);
         let before = left.len();
         let mut next = Vec::new();
         for slot in left {
             ctx.check()?;
+            part.step(before);
             mended |= repair.mend(slot);
             next.extend(repair.ring(slot).into_iter().filter(|&q| repair.is_bad(q)));
         }

@@ -53,13 +53,16 @@ pub fn improve_connectivity(
         stale: vec![true; draft.mesh.positions.len()],
     };
     for pass in 0..PASSES {
+        let part = ctx.part(pass, PASSES);
         // After the first pass pairs of changes are tried too, so everything has to be looked at again.
         if pass == 1 {
             work.stale.fill(true);
         }
-        for v in 0..work.net.n_vertices() as u32 {
+        let n = work.net.n_vertices() as u32;
+        for v in 0..n {
             if v % 64 == 0 {
                 ctx.check()?;
+                part.advance(f64::from(v) / f64::from(n));
             }
             for _ in 0..REPEATS {
                 if !std::mem::take(&mut work.stale[v as usize]) || work.cost(v) == 0.0 {

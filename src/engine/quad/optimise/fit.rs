@@ -32,8 +32,9 @@ const FINE: f64 = 0.02;
 /// [`Cancelled`] if the run was asked to stop.
 pub(super) fn fit_curves(ctx: &RunContext, state: &mut State<'_>) -> Result<bool, Cancelled> {
     let mut any = false;
-    for _ in 0..SWEEPS {
+    for sweep in 0..SWEEPS {
         ctx.check()?;
+        ctx.advance(sweep as f64 / SWEEPS as f64);
         let moved = state.sweep(fitted);
         any |= moved > 0;
         if moved == 0 {

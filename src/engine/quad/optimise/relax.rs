@@ -106,8 +106,9 @@ pub(crate) fn relax(
     let n = free.len();
     // Diagonally dominant, so the factorisation fails only for want of memory: then the draft stays as it is.
     let Ok(factor) = Cholesky::new(&HermitianMatrix::from_lower(n, &entries)) else { return Ok(()) };
-    for _ in 0..rounds {
+    for round in 0..rounds {
         ctx.check()?;
+        ctx.advance(round as f64 / rounds as f64);
         state.look_beneath();
         let this = &*state;
         let sides: Vec<[DVec3; 4]> = (0..this.quads.len())

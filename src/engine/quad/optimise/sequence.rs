@@ -69,14 +69,15 @@ pub fn optimise(
     let mut state = State::new(&sheet, index, &draft, &options.held, trace_curves(surface), 0.5 * mean);
     ctx.check()?;
     let sizes = wanted_sizes(&state, target, &options.log_size);
-    untangle(ctx, &mut state, &sizes)?;
-    lift_worst(ctx, &mut state, 0.05, 24)?;
+    ctx.advance(0.1);
+    untangle(&ctx.span(0.1, 0.2), &mut state, &sizes)?;
+    lift_worst(&ctx.span(0.2, 0.3), &mut state, 0.05, 24)?;
     let guides = guides(ctx, &state, &options.strokes, &sizes)?;
-    relax(ctx, &mut state, &sizes, &guides, Moving::All, options.iterations)?;
-    if options.iterations > 0 && fit_curves(ctx, &mut state)? {
-        relax(ctx, &mut state, &sizes, &guides, Moving::Inner, options.iterations.div_ceil(2))?;
+    relax(&ctx.span(0.3, 0.7), &mut state, &sizes, &guides, Moving::All, options.iterations)?;
+    if options.iterations > 0 && fit_curves(&ctx.span(0.7, 0.75), &mut state)? {
+        relax(&ctx.span(0.75, 0.9), &mut state, &sizes, &guides, Moving::Inner, options.iterations.div_ceil(2))?;
     }
-    lift_worst(ctx, &mut state, WORST, if options.iterations > 0 { 8 } else { 0 })?;
+    lift_worst(&ctx.span(0.9, 1.0), &mut state, WORST, if options.iterations > 0 { 8 } else { 0 })?;
     let positions = state.positions;
     draft.mesh.positions = positions;
     Ok(draft)

@@ -28,6 +28,7 @@ pub(crate) fn untangle(ctx: &RunContext, state: &mut State<'_>, sizes: &[f64]) -
     let mut epsilon = 0.0;
     for round in 0..ROUNDS {
         ctx.check()?;
+        ctx.advance(round as f64 / ROUNDS as f64);
         state.look_beneath();
         let bad: Vec<bool> = (0..state.quads.len()).map(|q| state.quality(q) < SOUND).collect();
         if !bad.contains(&true) {
@@ -70,8 +71,9 @@ fn descend(state: &mut State<'_>, sizes: &[f64], active: &[bool], steps: &[f64],
 /// Improves vertices whose worst quad is below `below`, by the quality of that quad itself.
 pub(crate) fn lift_worst(ctx: &RunContext, state: &mut State<'_>, below: f64, sweeps: usize) -> Result<(), Cancelled> {
     let mut step = 0.25;
-    for _ in 0..sweeps {
+    for sweep in 0..sweeps {
         ctx.check()?;
+        ctx.advance(sweep as f64 / sweeps as f64);
         let bad: Vec<bool> = (0..state.quads.len()).map(|q| state.quality(q) < below).collect();
         if !bad.contains(&true) {
             break;
