@@ -26,6 +26,7 @@ async fn a_job_runs_and_its_events_tell_the_whole_story_again_and_again() {
     assert!(events.iter().any(|event| event.kind == "stage" && event.data["stage"] == "write"));
     assert!(events.iter().all(|event| event.kind != "progress" || event.data["progress"].as_f64().is_some()));
     assert!(events.windows(2).all(|pair| pair[0].id < pair[1].id));
+    assert_ne!(events[0].data["progress"], 0.0, "what was over before it was followed does not begin again");
     let middle = events[events.len() / 2].id;
     let rest: Vec<_> = events.iter().filter(|event| event.id > middle).cloned().collect();
     assert_eq!(client.events(&job, Some(middle)).await, rest);

@@ -3,15 +3,18 @@
 
 mod attributes;
 mod bad_meshes;
+mod browsers;
 mod child;
 mod client;
 mod command_line;
+mod compression;
 mod connections;
 mod crashes;
 mod deadlines;
 mod draco;
 mod files;
 mod life;
+mod lists;
 mod looks;
 mod meshes;
 mod program;
@@ -21,5 +24,6 @@ mod refusals;
 mod routes;
 mod scripted;
 mod server;
+mod several;
 mod storage;
 mod typical_failures;

@@ -12,6 +12,16 @@ async fn unknown_routes_ids_and_methods_are_problems() {
     let client = &server.client;
     problem(client.get("/v2/jobs").await, 404, "not-found").await;
     problem(client.get("/v1/jobs/7").await, 404, "not-found").await;
+    for id in ["%ff", "%00", "a%2Fb", "%C3%28", "..%2f", "%F0%9F%A6%86"] {
+        for path in ["", "/events", "/quad-mesh", "/parameterisation", "/report", "/preview.png"] {
+            problem(client.get(&format!("/v1/jobs/{id}{path}")).await, 404, "not-found").await;
+        }
+        problem(client.get(&format!("/v1/assets/{id}")).await, 404, "not-found").await;
+        problem(client.post(&format!("/v1/jobs/{id}/cancel")).await, 404, "not-found").await;
+        for path in ["jobs", "assets"] {
+            problem(client.delete(&format!("/v1/{path}/{id}")).await, 404, "not-found").await;
+        }
+    }
     let unknown = "/v1/jobs/01890000-0000-7000-8000-000000000000";
     for path in ["", "/events", "/quad-mesh", "/parameterisation", "/report", "/preview.png"] {
         problem(client.get(&format!("{unknown}{path}")).await, 404, "not-found").await;

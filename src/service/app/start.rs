@@ -10,7 +10,7 @@ use tokio::sync::Semaphore;
 
 use crate::service::app::{AppError, Running};
 use crate::service::config::Config;
-use crate::service::http::{HttpState, Readiness, router, serve};
+use crate::service::http::{Access, HttpState, Readiness, router, serve};
 use crate::service::jobs::{Desk, Driver, EnginePool, Live, SqliteQueue, TicketQueue, Worker, sweep_until};
 use crate::service::run::{EngineDriver, read_limits};
 use crate::service::store::{Store, private_folder};
@@ -54,6 +54,7 @@ pub async fn start_with(config: Config, role: Role, driver: Arc<dyn Driver>) -> 
         let state = HttpState {
             desk: desk.clone(),
             driver: Arc::clone(&driver),
+            access: Access::new(&config.http, config.listen.ip()),
             uploads,
             readiness: Arc::new(Readiness::default()),
             readers: Arc::new(Semaphore::new(config.engine.threads.max(2))),

@@ -7,7 +7,8 @@ use std::time::Duration;
 use config::{Environment, File, FileFormat};
 use serde_json::Value;
 
-use crate::service::config::{Config, EngineConfig, JobsConfig, LimitsConfig, LogConfig, LogFormat};
+use crate::service::config::http::{Names, is_host, is_origin};
+use crate::service::config::{Config, EngineConfig, HttpConfig, JobsConfig, LimitsConfig, LogConfig, LogFormat};
 use crate::service::wire::{Fields, Violation};
 
 const DEFAULTS: &str = include_str!("../../../config/default.toml");
@@ -33,6 +34,8 @@ struct Raw {
     data: String,
     database_url: String,
     store: String,
+    allowed_origins: Names,
+    allowed_hosts: Names,
     threads: usize,
     upload_bytes: u64,
     vertices: u64,
@@ -134,6 +137,10 @@ const SECTIONS: &[Section] = &[
         fields.read("database_url", &mut raw.database_url);
         fields.read("store", &mut raw.store);
     }),
+    ("http", |fields, raw| {
+        fields.read("allowed_origins", &mut raw.allowed_origins);
+        fields.read("allowed_hosts", &mut raw.allowed_hosts);
+    }),
     ("engine", |fields, raw| fields.read("threads", &mut raw.threads)),
     ("limits", |fields, raw| {
         fields.read("upload_bytes", &mut raw.upload_bytes);
@@ -181,6 +188,18 @@ impl Raw {
         let store = self.store.strip_prefix("file://").unwrap_or(&self.store);
         refuse(store.contains("://"), "store", "this version knows only a local folder");
         let store = if store.is_empty() { data.join("objects") } else { PathBuf::from(store) };
+        let Names(allowed_origins) = self.allowed_origins;
+        let Names(allowed_hosts) = self.allowed_hosts;
+        refuse(
+            !allowed_origins.iter().all(|origin| is_origin(origin)),
+            "http.allowed_origins",
+            "must be origins as browsers write them, such as https://models.example.org",
+        );
+        refuse(
+            !allowed_hosts.iter().all(|host| is_host(host)),
+            "http.allowed_hosts",
+            "must be names or addresses without scheme and port, such as quadrille.example.org, or *",
+        );
         refuse(self.threads > 1024, "engine.threads", "must be at most 1024; 0 takes all cores");
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         let threads = if self.threads == 0 { cores } else { self.threads };
@@ -210,6 +229,7 @@ impl Raw {
             data,
             database_url,
             store,
+            http: HttpConfig { allowed_origins, allowed_hosts },
             engine: EngineConfig { threads },
             limits: LimitsConfig {
                 upload_bytes: self.upload_bytes,
@@ -253,11 +273,15 @@ fn env_name(key: &str) -> String {
     format!("QUADRILLE_{}", key.replace('.', "__").to_ascii_uppercase())
 }
 
+/// Keys whose values are text even where it reads as a number.
+const TEXTS: &[&str] =
+    &["listen", "data", "database_url", "store", "allowed_origins", "allowed_hosts", "filter", "format"];
+
 /// Flags and the environment are text: numbers among them become numbers.
 fn typed(mut table: Value) -> Value {
     if let Value::Object(fields) = &mut table {
         for (key, value) in fields.iter_mut() {
-            let textual = ["listen", "data", "database_url", "store", "filter", "format"].contains(&key.as_str());
+            let textual = TEXTS.contains(&key.as_str());
             let number = value.as_str().filter(|_| !textual).and_then(|text| text.parse::<serde_json::Number>().ok());
             if let Some(number) = number {
                 *value = Value::Number(number);
@@ -283,7 +307,7 @@ mod tests {
         assert!(config.store.starts_with(&config.data));
         assert!(config.database_url.contains(&*config.data.to_string_lossy()));
         assert!(config.engine.threads >= 1);
-        assert_eq!(known_keys().len(), 22);
+        assert_eq!(known_keys().len(), 24);
     }
 
     #[test]
@@ -306,6 +330,8 @@ mod tests {
             ("QUADRILLE_DATABASE_URL", "postgres://a/b"),
             ("QUADRILLE_STORE", "s3://bucket"),
             ("QUADRILLE_JOBS__WORKERS", "many"),
+            ("QUADRILLE_HTTP__ALLOWED_ORIGINS", "https://a.example, b.example"),
+            ("QUADRILLE_HTTP__ALLOWED_HOSTS", "c.example:80"),
             ("QUADRILLE_LIMITS__UPLOAD_BYTES", "0"),
             ("QUADRILLE_LIMITS__CONNECTIONS", "0"),
             ("QUADRILLE_LIMITS__HEADERS_S", "0"),
@@ -314,7 +340,8 @@ mod tests {
         let error = load(&environment, &[]).unwrap_err();
         let keys: Vec<_> = error.0.iter().map(|violation| violation.pointer.as_str()).collect();
         let limits = ["limits.upload_bytes", "limits.connections", "limits.headers_s", "limits.stalled_s"];
-        for key in ["listen", "database_url", "store", "jobs.workers"].into_iter().chain(limits) {
+        let http = ["http.allowed_origins", "http.allowed_hosts"];
+        for key in ["listen", "database_url", "store", "jobs.workers"].into_iter().chain(limits).chain(http) {
             assert!(keys.contains(&key), "{key} in {keys:?}");
         }
     }

@@ -3,8 +3,9 @@
 //! All errors are reported at once. Keys of the environment begin with `QUADRILLE_`, nested ones are joined by `__`;
 //! those that name no key are ignored, because container platforms set variables of that form on their own.
 
+mod http;
 mod load;
 mod values;
 
 pub use load::{ConfigError, Override};
-pub use values::{Config, EngineConfig, JobsConfig, LimitsConfig, LogConfig, LogFormat};
+pub use values::{Config, EngineConfig, HttpConfig, JobsConfig, LimitsConfig, LogConfig, LogFormat};

@@ -17,6 +17,8 @@ pub struct Config {
     pub database_url: String,
     /// Folder of uploads and results.
     pub store: PathBuf,
+    /// Who may use the API from a browser.
+    pub http: HttpConfig,
     /// The geometry engine.
     pub engine: EngineConfig,
     /// Limits.
@@ -25,6 +27,15 @@ pub struct Config {
     pub jobs: JobsConfig,
     /// Logging.
     pub log: LogConfig,
+}
+
+/// Who may use the API from a browser.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct HttpConfig {
+    /// Origins whose pages may, as browsers write them: scheme, host, and a port other than the scheme's own.
+    pub allowed_origins: Vec<String>,
+    /// Names that the server is known under besides loopback names and its own address, without port; `*` is every name.
+    pub allowed_hosts: Vec<String>,
 }
 
 /// The geometry engine.

@@ -12,16 +12,22 @@ use uuid::Uuid;
 use crate::service::formats::{MapFormat, QuadFormat};
 use crate::service::http::HttpState;
 use crate::service::http::download::{self, Download, Source};
-use crate::service::http::extract::{Id, Query, text};
+use crate::service::http::extract::{Id, text};
+use crate::service::http::names::{Disposition, file_name};
+use crate::service::http::openapi::FileBytes;
 use crate::service::http::problem::gone;
+use crate::service::http::query::Query;
 use crate::service::http::view::job_row;
 use crate::service::jobs::{beside, hex};
-use crate::service::store::{Artefact, JobRow};
-use crate::service::wire::{JobStatus, Problem, ProblemBody, ProblemKind, ReportBody, Urls};
+use crate::service::store::{Artefact, Artefacts, JobRow};
+use crate::service::wire::{JobStatus, Problem, ProblemKind, ReportBody, Urls};
 
 /// Pixels of pictures: drawn on demand from the stored quads.
 const SIZES: std::ops::RangeInclusive<u32> = 64..=2048;
 const SIZE: u32 = 768;
+
+/// Bytes of any kind.
+const BYTES: &str = "application/octet-stream";
 
 /// Formats of quads.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
@@ -47,6 +53,7 @@ enum MapFormatName {
 #[into_params(parameter_in = Query)]
 pub(super) struct QuadQuery {
     /// Wins over `Accept`; `obj` if neither says anything.
+    #[param(inline)]
     format: Option<QuadFormatName>,
 }
 
@@ -55,6 +62,7 @@ pub(super) struct QuadQuery {
 #[into_params(parameter_in = Query)]
 pub(super) struct MapQuery {
     /// Wins over `Accept`; `obj` if neither says anything.
+    #[param(inline)]
     format: Option<MapFormatName>,
 }
 
@@ -63,21 +71,21 @@ pub(super) struct MapQuery {
 #[into_params(parameter_in = Query)]
 pub(super) struct PreviewQuery {
     /// Width and height in pixels, 64 to 2048; 768 if left out.
+    #[param(minimum = 64, maximum = 2048)]
     size: Option<u32>,
 }
 
 /// Downloads the quads.
 #[utoipa::path(get, path = "/v1/jobs/{id}/quad-mesh", tag = "results", operation_id = "quad_mesh",
-    params(("id" = String, Path, description = "Id of the job"), QuadQuery),
+    params(("id" = Uuid, Path, description = "Id of the job"), QuadQuery,
+        ("Range" = Option<String>, Header, description = "`bytes=FIRST-LAST`")),
     responses(
-        (status = 200, description = "The file, with a strong `ETag`", content(
-            (String = "model/obj"), (String = "model/gltf-binary"), (String = "application/ply"), (String = "model/vnd.usda"))),
+        (status = 200, description = "The file", headers(("ETag" = String), ("Content-Disposition" = String)), content(
+            (inline(FileBytes) = "application/octet-stream"), (inline(FileBytes) = "model/obj"),
+            (inline(FileBytes) = "model/gltf-binary"), (inline(FileBytes) = "application/ply"),
+            (inline(FileBytes) = "model/vnd.usda"))),
         (status = 206, description = "The range that was asked for"),
         (status = 304, description = "The file is the one of `If-None-Match`"),
-        (status = 406, description = "None of the accepted formats", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "Not yet", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "The job failed", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 416, description = "Outside the file", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn quad_mesh(
     State(state): State<HttpState>,
@@ -85,28 +93,26 @@ pub(super) async fn quad_mesh(
     Query(query): Query<QuadQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let format = match query.format {
-        Some(QuadFormatName::Obj) => QuadFormat::Obj,
-        Some(QuadFormatName::Glb) => QuadFormat::Glb,
-        Some(QuadFormatName::Ply) => QuadFormat::Ply,
-        Some(QuadFormatName::Usda) => QuadFormat::Usda,
-        None => negotiate(&headers, &QuadFormat::ALL, QuadFormat::media_type)?,
-    };
-    file(&state, id, &format!("quad-mesh.{}", format.extension()), &headers).await
+    let named = query.format.map(|name| match name {
+        QuadFormatName::Obj => QuadFormat::Obj,
+        QuadFormatName::Glb => QuadFormat::Glb,
+        QuadFormatName::Ply => QuadFormat::Ply,
+        QuadFormatName::Usda => QuadFormat::Usda,
+    });
+    let (format, media_type) = negotiate(named, &headers, &QuadFormat::ALL, QuadFormat::media_type)?;
+    file(&state, id, &format!("quad-mesh.{}", format.extension()), media_type, &headers).await
 }
 
 /// Downloads the parameterisation.
 #[utoipa::path(get, path = "/v1/jobs/{id}/parameterisation", tag = "results", operation_id = "parameterisation",
-    params(("id" = String, Path, description = "Id of the job"), MapQuery),
+    params(("id" = Uuid, Path, description = "Id of the job"), MapQuery,
+        ("Range" = Option<String>, Header, description = "`bytes=FIRST-LAST`")),
     responses(
-        (status = 200, description = "The file, with a strong `ETag`", content(
-            (String = "model/obj"), (String = "model/gltf-binary"), (String = "application/json"))),
+        (status = 200, description = "The file", headers(("ETag" = String), ("Content-Disposition" = String)), content(
+            (inline(FileBytes) = "application/octet-stream"), (inline(FileBytes) = "model/obj"),
+            (inline(FileBytes) = "model/gltf-binary"), (inline(FileBytes) = "application/json"))),
         (status = 206, description = "The range that was asked for"),
         (status = 304, description = "The file is the one of `If-None-Match`"),
-        (status = 404, description = "The run made no map", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 406, description = "None of the accepted formats", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "Not yet", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "The job failed", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn parameterisation(
     State(state): State<HttpState>,
@@ -114,38 +120,35 @@ pub(super) async fn parameterisation(
     Query(query): Query<MapQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let format = match query.format {
-        Some(MapFormatName::Obj) => MapFormat::Obj,
-        Some(MapFormatName::Glb) => MapFormat::Glb,
-        Some(MapFormatName::Json) => MapFormat::Json,
-        None => negotiate(&headers, &MapFormat::ALL, MapFormat::media_type)?,
-    };
-    file(&state, id, &format!("parameterisation.{}", format.extension()), &headers).await
+    let named = query.format.map(|name| match name {
+        MapFormatName::Obj => MapFormat::Obj,
+        MapFormatName::Glb => MapFormat::Glb,
+        MapFormatName::Json => MapFormat::Json,
+    });
+    let (format, media_type) = negotiate(named, &headers, &MapFormat::ALL, MapFormat::media_type)?;
+    file(&state, id, &format!("parameterisation.{}", format.extension()), media_type, &headers).await
 }
 
 /// Shows the report.
 #[utoipa::path(get, path = "/v1/jobs/{id}/report", tag = "results", operation_id = "report",
-    params(("id" = String, Path, description = "Id of the job")),
+    params(("id" = Uuid, Path, description = "Id of the job")),
     responses(
-        (status = 200, description = "The report", body = ReportBody),
-        (status = 409, description = "Not yet", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "The job failed", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 200, description = "The report", body = ReportBody, headers(("ETag" = String))),
     ))]
 pub(super) async fn report(
     State(state): State<HttpState>,
     Id(id): Id,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    file(&state, id, "report.json", &headers).await
+    file(&state, id, "report.json", "application/json", &headers).await
 }
 
 /// Shows a picture of the quads: shaded, with edges, irregular vertices coloured by valence.
 #[utoipa::path(get, path = "/v1/jobs/{id}/preview.png", tag = "results", operation_id = "preview",
-    params(("id" = String, Path, description = "Id of the job"), PreviewQuery),
+    params(("id" = Uuid, Path, description = "Id of the job"), PreviewQuery),
     responses(
-        (status = 200, description = "The picture", body = Vec<u8>, content_type = "image/png"),
-        (status = 409, description = "Not yet", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "The job failed", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 200, description = "The picture", headers(("ETag" = String)), content(
+            (inline(FileBytes) = "application/octet-stream"), (inline(FileBytes) = "image/png"))),
     ))]
 pub(super) async fn preview(
     State(state): State<HttpState>,
@@ -165,36 +168,55 @@ pub(super) async fn preview(
     };
     // The same version draws the same quads the same, so the tag is known before the picture is.
     let sha256 = hex(&Sha256::digest(format!("{} {size} {}", quads.sha256, env!("CARGO_PKG_VERSION"))));
-    if download::is_known(&headers, &sha256) {
-        return Ok(Download::picture(Bytes::new(), &sha256).not_modified());
+    let (name, media_type) = (file_name(&job, "preview.png"), single(&headers, "image/png"));
+    if let Some(known) = download::known_tag(&headers, &sha256) {
+        return Ok(Download::picture(Bytes::new(), &sha256, media_type, name).not_modified(&known));
     }
     let quads = state.desk.store.blobs().get(&quads.blob).await?;
     let permit = state.readers.acquire().await.map_err(|_| Problem::internal())?;
     let driver = state.driver.clone();
     let picture = Bytes::from(beside(move || driver.preview(&quads, size)).await?);
     drop(permit);
-    Download::picture(picture, &sha256).respond(&headers).await
+    Download::picture(picture, &sha256, media_type, name).respond(&headers).await
 }
 
-async fn file(state: &HttpState, id: Uuid, name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
+async fn file(
+    state: &HttpState,
+    id: Uuid,
+    name: &str,
+    media_type: &str,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
     let job = job_row(state, id).await?;
     let artefact = match artefact(&job, name)? {
         Ok(artefact) => artefact,
         Err(response) => return Ok(response),
     };
-    let shown_in_place = name == "report.json";
     let download = Download {
         source: Source::Blob(state.desk.store.blobs(), &artefact.blob),
         sha256: &artefact.sha256,
         bytes: artefact.bytes,
-        media_type: &artefact.media_type,
-        file_name: (!shown_in_place).then(|| format!("{id}-{name}")),
+        media_type,
+        file_name: file_name(&job, name),
+        disposition: if name == "report.json" { Disposition::Inline } else { Disposition::Attachment },
     };
     download.respond(headers).await
 }
 
 /// The file of a job that has one; otherwise why not: a problem, or the finished answer with the job's own problem.
 fn artefact<'j>(job: &'j JobRow, name: &str) -> Result<Result<&'j Artefact, Response>, Problem> {
+    let artefacts = match all_artefacts(job)? {
+        Ok(artefacts) => artefacts,
+        Err(response) => return Ok(Err(response)),
+    };
+    artefacts.get(name).map(Ok).ok_or_else(|| {
+        let detail = format!("This run made no {name}; the report says how its quads were made.");
+        Problem::new(ProblemKind::NoArtefact, detail)
+    })
+}
+
+/// The files of a job that has any; otherwise why not: a problem, or the finished answer with the job's own problem.
+pub(super) fn all_artefacts(job: &JobRow) -> Result<Result<&Artefacts, Response>, Problem> {
     match (job.status, &job.problem) {
         (JobStatus::Queued | JobStatus::Running, _) => {
             let detail = format!("The job is {}; follow its events or ask again.", job.status.name());
@@ -204,29 +226,37 @@ fn artefact<'j>(job: &'j JobRow, name: &str) -> Result<Result<&'j Artefact, Resp
             Ok(Err(gone(&Urls::of(&job.id.to_string()).self_, problem)))
         }
         (JobStatus::Failed | JobStatus::Cancelled, None) => Ok(Err(StatusCode::GONE.into_response())),
-        (JobStatus::Succeeded, _) => job.artefacts.get(name).map(Ok).ok_or_else(|| {
-            let detail = format!("This run made no {name}; the report says how its quads were made.");
-            Problem::new(ProblemKind::NoArtefact, detail)
-        }),
+        (JobStatus::Succeeded, _) => Ok(Ok(&job.artefacts)),
     }
 }
 
-/// The format that `Accept` likes best; among equals the first of `formats`.
+/// The media type of a file that there is in one form: its own, unless the client asks for bytes only.
+pub(super) fn single(headers: &HeaderMap, media_type: &'static str) -> &'static str {
+    negotiate(None, headers, &[()], |()| media_type).map_or(media_type, |((), liked)| liked)
+}
+
+/// The format that was named, or else the one that `Accept` likes best, among equals the first of `formats`; with the
+/// media type of the answer. Whoever wants bytes without a type gets the first format.
 fn negotiate<F: Copy>(
+    named: Option<F>,
     headers: &HeaderMap,
     formats: &[F],
     media_type: impl Fn(F) -> &'static str,
-) -> Result<F, Problem> {
-    let Some(accept) = text(headers, "accept") else { return Ok(formats[0]) };
-    let mut best: Option<(f32, F)> = None;
-    for &format in formats {
-        let quality = quality(accept, media_type(format));
+) -> Result<(F, &'static str), Problem> {
+    let typed = |format| (format, media_type(format));
+    let Some(accept) = text(headers, "accept").filter(|_| named.is_none()) else {
+        return Ok(typed(named.unwrap_or(formats[0])));
+    };
+    let offered: Vec<_> = formats.iter().map(|&format| typed(format)).chain([(formats[0], BYTES)]).collect();
+    let mut best: Option<(f32, (F, &'static str))> = None;
+    for &offer in &offered {
+        let quality = quality(accept, offer.1);
         if quality > best.map_or(0.0, |(quality, _)| quality) {
-            best = Some((quality, format));
+            best = Some((quality, offer));
         }
     }
-    best.map(|(_, format)| format).ok_or_else(|| {
-        let offered: Vec<_> = formats.iter().map(|&format| media_type(format)).collect();
+    best.map(|(_, offer)| offer).ok_or_else(|| {
+        let offered: Vec<_> = offered.iter().map(|&(_, media_type)| media_type).collect();
         Problem::new(ProblemKind::NotAcceptable, format!("Offered are {}.", offered.join(", ")))
     })
 }
@@ -259,7 +289,8 @@ mod tests {
     fn negotiated(accept: &str) -> Option<&'static str> {
         let mut headers = HeaderMap::new();
         headers.insert("accept", accept.parse().unwrap());
-        negotiate(&headers, &QuadFormat::ALL, QuadFormat::media_type).ok().map(QuadFormat::extension)
+        let found = negotiate(None, &headers, &QuadFormat::ALL, QuadFormat::media_type).ok()?;
+        (found.1 == found.0.media_type() || found.1 == BYTES).then(|| found.0.extension())
     }
 
     #[test]
@@ -270,6 +301,10 @@ mod tests {
         assert_eq!(negotiated("model/*;q=0.1, application/ply;q=0.2"), Some("ply"));
         assert_eq!(negotiated("model/obj;q=0, model/*;q=0.3"), Some("glb"));
         assert_eq!(negotiated("text/html"), None);
-        assert_eq!(negotiate(&HeaderMap::new(), &MapFormat::ALL, MapFormat::media_type).unwrap(), MapFormat::Obj);
+        assert_eq!(negotiated("application/octet-stream"), Some("obj"));
+        let silent = HeaderMap::new();
+        let map = |named| negotiate(named, &silent, &MapFormat::ALL, MapFormat::media_type).unwrap();
+        assert_eq!(map(None), (MapFormat::Obj, "model/obj"));
+        assert_eq!(map(Some(MapFormat::Json)), (MapFormat::Json, "application/json"));
     }
 }

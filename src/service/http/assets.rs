@@ -10,23 +10,27 @@ use uuid::Uuid;
 
 use crate::service::http::HttpState;
 use crate::service::http::extract::Id;
-use crate::service::http::upload::{self, Upload};
+use crate::service::http::openapi::FileBytes;
+use crate::service::http::several::Files;
+use crate::service::http::upload;
 use crate::service::store::{AssetRow, Deleted, rfc3339};
-use crate::service::wire::{Problem, ProblemBody, ProblemKind};
+use crate::service::wire::{Problem, ProblemKind};
 
 /// An asset as multipart/form-data.
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "only its schema is used; the body is read as a stream")]
 struct AssetForm {
-    /// OBJ, GLB, glTF with data URIs, PLY, STL, or a zip of glTF and buffers.
-    #[schema(value_type = String, format = Binary)]
-    mesh: Vec<u8>,
+    /// OBJ, GLB, glTF, PLY, STL, or a zip of a mesh and the files that it names. The part may repeat: a mesh and these
+    /// files, each under its name.
+    #[schema(inline, value_type = Vec<FileBytes>, min_items = 1, max_items = 1000)]
+    mesh: Vec<Vec<u8>>,
 }
 
 /// A stored mesh.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct AssetBody {
     /// UUIDv7.
+    #[schema(format = Uuid)]
     id: String,
     /// Lower-case hexadecimal SHA-256 of the bytes; the same bytes are the same asset.
     sha256: String,
@@ -41,6 +45,7 @@ pub(super) struct AssetBody {
     /// Faces as read; null if the file was too large to be read while it was uploaded.
     faces: Option<u64>,
     /// RFC 3339.
+    #[schema(format = DateTime)]
     created_at: String,
 }
 
@@ -69,25 +74,23 @@ fn no_asset(id: Uuid) -> Problem {
     responses(
         (status = 200, description = "These bytes are known", body = AssetBody),
         (status = 201, description = "Stored", body = AssetBody),
-        (status = "4XX", description = "Refused", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn upload_asset(State(state): State<HttpState>, request: Request) -> Result<Response, Problem> {
     upload::judge_length(&state, request.headers())?;
     let invalid = |detail: String| Problem::new(ProblemKind::InvalidRequest, detail);
     let mut multipart =
         Multipart::from_request(request, &state).await.map_err(|rejection| invalid(rejection.body_text()))?;
-    let mut mesh = None;
+    let mut files = Files::default();
     while let Some(field) = upload::next_field(&mut multipart).await? {
         match field.name() {
-            Some("mesh") if mesh.is_none() => mesh = Some(Upload::receive(&state, field).await?),
+            Some("mesh") => files.receive(&state, field).await?,
             name => {
                 let name = name.unwrap_or("without a name");
-                return Err(invalid(format!("Send one part `mesh` and nothing else, not `{name}`.")));
+                return Err(invalid(format!("Send only parts `mesh`, not `{name}`.")));
             }
         }
     }
-    let Some(mesh) = mesh else { return Err(invalid("The part `mesh` with the file is missing.".to_owned())) };
-    let new = mesh.accept(&state, true).await?;
+    let new = files.finish(&state).await?.accept(&state, true).await?;
     let asset = state.desk.store.add_asset(&new).await?;
     let status = if asset.id == new.id { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/assets/{}", asset.id);
@@ -96,10 +99,9 @@ pub(super) async fn upload_asset(State(state): State<HttpState>, request: Reques
 
 /// Shows an asset.
 #[utoipa::path(get, path = "/v1/assets/{id}", tag = "assets", operation_id = "get_asset",
-    params(("id" = String, Path, description = "Id of the asset")),
+    params(("id" = Uuid, Path, description = "Id of the asset")),
     responses(
         (status = 200, description = "The asset", body = AssetBody),
-        (status = 404, description = "No such asset", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn get_asset(State(state): State<HttpState>, Id(id): Id) -> Result<Json<AssetBody>, Problem> {
     let asset = state.desk.store.asset(id).await?.filter(|asset| asset.pinned);
@@ -108,11 +110,9 @@ pub(super) async fn get_asset(State(state): State<HttpState>, Id(id): Id) -> Res
 
 /// Deletes an asset that no waiting or running job uses.
 #[utoipa::path(delete, path = "/v1/assets/{id}", tag = "assets", operation_id = "delete_asset",
-    params(("id" = String, Path, description = "Id of the asset")),
+    params(("id" = Uuid, Path, description = "Id of the asset")),
     responses(
         (status = 204, description = "Gone"),
-        (status = 404, description = "No such asset", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "In use", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn delete_asset(State(state): State<HttpState>, Id(id): Id) -> Result<StatusCode, Problem> {
     match state.desk.store.delete_asset(id).await? {

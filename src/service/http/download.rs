@@ -8,6 +8,7 @@ use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 
 use crate::service::http::extract::text;
+use crate::service::http::names::{Disposition, content_disposition};
 use crate::service::store::Blobs;
 use crate::service::wire::{Problem, ProblemKind};
 
@@ -27,35 +28,42 @@ pub(super) struct Download<'a> {
     /// Length of the whole file.
     pub(super) bytes: u64,
     pub(super) media_type: &'a str,
-    /// Name that browsers save it under; `None` shows it in place.
-    pub(super) file_name: Option<String>,
+    /// Name that browsers save it under.
+    pub(super) file_name: String,
+    /// Whether they save it or show it.
+    pub(super) disposition: Disposition,
 }
 
-/// Whether the client of a GET with these headers has the file with this hash.
-pub(super) fn is_known(request: &HeaderMap, sha256: &str) -> bool {
-    text(request, "if-none-match").is_some_and(|tags| names(tags, &tag(sha256)))
+/// The entity tag under which the client of a GET with these headers has the file with this hash.
+pub(super) fn known_tag(request: &HeaderMap, sha256: &str) -> Option<String> {
+    let (tags, strong) = (text(request, "if-none-match")?, tag(sha256));
+    let weak = format!("W/{strong}");
+    // Whoever has compressed bytes has a weak tag only, and keeps it.
+    let by = |own: &str| tags.split(',').any(|tag| tag.trim() == own);
+    if tags == "*" || by(&strong) { Some(strong) } else { by(&weak).then_some(weak) }
 }
 
-fn tag(sha256: &str) -> String {
+pub(super) fn tag(sha256: &str) -> String {
     format!("\"{sha256}\"")
 }
 
 impl<'a> Download<'a> {
     /// A PNG to be shown in place.
-    pub(super) fn picture(png: Bytes, sha256: &'a str) -> Self {
+    pub(super) fn picture(png: Bytes, sha256: &'a str, media_type: &'a str, file_name: String) -> Self {
         let bytes = png.len() as u64;
-        Self { source: Source::Bytes(png), sha256, bytes, media_type: "image/png", file_name: None }
+        let disposition = Disposition::Inline;
+        Self { source: Source::Bytes(png), sha256, bytes, media_type, file_name, disposition }
     }
 
-    /// The answer to a client that has the file.
-    pub(super) fn not_modified(&self) -> Response {
-        self.headed(StatusCode::NOT_MODIFIED, &tag(self.sha256), Body::empty())
+    /// The answer to a client that has the file under the entity tag `known`.
+    pub(super) fn not_modified(&self, known: &str) -> Response {
+        self.headed(StatusCode::NOT_MODIFIED, known, Body::empty())
     }
 
     /// The answer to a GET with these headers.
     pub(super) async fn respond(self, request: &HeaderMap) -> Result<Response, Problem> {
-        if is_known(request, self.sha256) {
-            return Ok(self.not_modified());
+        if let Some(known) = known_tag(request, self.sha256) {
+            return Ok(self.not_modified(&known));
         }
         let etag = tag(self.sha256);
         let fresh = text(request, "if-range").is_none_or(|tag| tag == etag);
@@ -88,24 +96,17 @@ impl<'a> Download<'a> {
         insert(&mut response, header::ETAG, etag);
         insert(&mut response, header::CONTENT_TYPE, self.media_type);
         insert(&mut response, header::ACCEPT_RANGES, "bytes");
-        insert(&mut response, header::VARY, "Accept");
+        insert(&mut response, header::VARY, "accept, accept-encoding");
         insert(&mut response, header::CACHE_CONTROL, "private, max-age=3600");
-        if let Some(name) = &self.file_name {
-            insert(&mut response, header::CONTENT_DISPOSITION, &format!("attachment; filename=\"{name}\""));
-        }
+        insert(&mut response, header::CONTENT_DISPOSITION, &content_disposition(self.disposition, &self.file_name));
         response
     }
 }
 
-fn insert(response: &mut Response, name: header::HeaderName, value: &str) {
+pub(super) fn insert(response: &mut Response, name: header::HeaderName, value: &str) {
     if let Ok(value) = HeaderValue::from_str(value) {
         response.headers_mut().insert(name, value);
     }
-}
-
-/// Whether a list of entity tags names this one. If-None-Match compares weakly.
-fn names(tags: &str, etag: &str) -> bool {
-    tags.split(',').map(str::trim).any(|tag| tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == etag)
 }
 
 /// One range of a file of `length` bytes. `None`: not one range of bytes, so the whole file is sent. `Some(None)`: outside
@@ -146,7 +147,14 @@ mod tests {
 
     #[test]
     fn entity_tags_are_compared_weakly() {
-        assert!(names("\"x\", W/\"a\"", "\"a\"") && names("*", "\"a\""));
-        assert!(!names("\"b\"", "\"a\""));
+        let known = |tags: &'static str| {
+            let mut headers = HeaderMap::new();
+            headers.insert("if-none-match", HeaderValue::from_static(tags));
+            known_tag(&headers, "a")
+        };
+        assert_eq!(known("\"x\", W/\"a\"").as_deref(), Some("W/\"a\""));
+        assert_eq!(known("\"x\",\"a\"").as_deref(), Some("\"a\""));
+        assert_eq!(known("*").as_deref(), Some("\"a\""));
+        assert_eq!(known("\"b\""), None);
     }
 }

@@ -10,6 +10,7 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::Stream;
 use futures_util::stream::unfold;
+use serde_json::json;
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
@@ -17,7 +18,7 @@ use crate::service::http::HttpState;
 use crate::service::http::extract::{Id, text};
 use crate::service::http::view::{job_body, job_row};
 use crate::service::store::EventRow;
-use crate::service::wire::{JobStatus, Problem, ProblemBody};
+use crate::service::wire::{JobStatus, Problem};
 
 /// Longest time until an event of another process is seen.
 const POLL: Duration = Duration::from_secs(1);
@@ -29,13 +30,12 @@ const HEARTBEAT: Duration = Duration::from_secs(10);
 /// ends. With `Last-Event-ID` it goes on after that event; if nothing is left, the answer is 204.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "jobs", operation_id = "job_events",
     params(
-        ("id" = String, Path, description = "Id of the job"),
+        ("id" = Uuid, Path, description = "Id of the job"),
         ("Last-Event-ID" = Option<String>, Header, description = "Number of the last event that was seen"),
     ),
     responses(
         (status = 200, description = "The events", body = String, content_type = "text/event-stream"),
         (status = 204, description = "The job is finished and there is nothing after the last event"),
-        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn job_events(
     State(state): State<HttpState>,
@@ -49,7 +49,12 @@ pub(super) async fn job_events(
     if job.status.is_final() && waiting.is_empty() {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let follower = Follower { state, id, bell, after, waiting, over: false };
+    // Followers of a waiting job see at once how far it is; what they see is no event of the job, so it has no number.
+    let first = (after == 0 && waiting.is_empty()).then(|| {
+        let now = json!({"progress": f64::from(job.progress) / 1000.0, "stage": job.stage});
+        Event::default().event("progress").data(now.to_string())
+    });
+    let follower = Follower { state, id, bell, after, first, waiting, over: false };
     let keep_alive = KeepAlive::new().interval(HEARTBEAT).text("heartbeat");
     Ok(Sse::new(follower.stream()).keep_alive(keep_alive).into_response())
 }
@@ -59,6 +64,7 @@ struct Follower {
     id: Uuid,
     bell: broadcast::Receiver<Uuid>,
     after: i64,
+    first: Option<Event>,
     waiting: VecDeque<EventRow>,
     over: bool,
 }
@@ -72,6 +78,9 @@ impl Follower {
     }
 
     async fn next(&mut self) -> Option<Event> {
+        if let Some(first) = self.first.take() {
+            return Some(first);
+        }
         while !self.over {
             if let Some(row) = self.waiting.pop_front() {
                 self.after = row.seq;

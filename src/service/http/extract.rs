@@ -3,24 +3,9 @@
 use axum::extract::{FromRequestParts, RawPathParams};
 use axum::http::HeaderMap;
 use axum::http::request::Parts;
-use serde::de::DeserializeOwned;
 use uuid::Uuid;
 
 use crate::service::wire::{Problem, ProblemKind};
-
-/// The query; unknown keys are refused where the type refuses them.
-#[derive(Debug)]
-pub(super) struct Query<T>(pub(super) T);
-
-impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Query<T> {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
-        axum::extract::Query::try_from_uri(&parts.uri)
-            .map(|axum::extract::Query(query)| Self(query))
-            .map_err(|rejection| Problem::new(ProblemKind::InvalidRequest, rejection.body_text()))
-    }
-}
 
 /// The id in the path. What is no id names nothing: 404.
 #[derive(Clone, Copy, Debug)]
@@ -30,8 +15,10 @@ impl<S: Send + Sync> FromRequestParts<S> for Id {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let params = RawPathParams::from_request_parts(parts, state).await.map_err(|_| Problem::internal())?;
-        let id = params.iter().find(|(name, _)| *name == "id").and_then(|(_, id)| id.parse().ok());
+        // What does not decode to text is no id either.
+        let params = RawPathParams::from_request_parts(parts, state).await.ok();
+        let text = params.as_ref().and_then(|params| params.iter().find(|(name, _)| *name == "id"));
+        let id = text.and_then(|(_, id)| id.parse().ok());
         id.map(Self).ok_or_else(|| Problem::new(ProblemKind::NotFound, "The id is not a UUID."))
     }
 }

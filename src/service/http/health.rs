@@ -15,7 +15,7 @@ use crate::service::http::HttpState;
 use crate::service::http::metrics;
 use crate::service::jobs::beside;
 use crate::service::store::{Store, StoreError};
-use crate::service::wire::{Problem, ProblemBody, ProblemKind};
+use crate::service::wire::{Problem, ProblemKind};
 
 /// A sign of life.
 #[derive(Debug, Serialize, ToSchema)]
@@ -74,7 +74,6 @@ fn probe(uploads: &Path) -> Result<(), Problem> {
 #[utoipa::path(get, path = "/readyz", tag = "about", operation_id = "readyz",
     responses(
         (status = 200, description = "Ready", body = HealthBody),
-        (status = 503, description = "Not ready", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn readyz(State(state): State<HttpState>) -> Result<Json<HealthBody>, Problem> {
     if state.stop.is_cancelled() {

@@ -13,7 +13,7 @@ use tower_http::request_id::{MakeRequestId, PropagateRequestIdLayer, RequestId, 
 use tower_http::trace::TraceLayer;
 use uuid::Uuid;
 
-use crate::service::http::{metrics, problem};
+use crate::service::http::{Access, compression, metrics, problem};
 use crate::service::wire::Problem;
 
 #[derive(Clone, Copy, Debug)]
@@ -26,18 +26,20 @@ impl MakeRequestId for Numbered {
 }
 
 /// Wraps the routes, innermost layer first.
-pub(super) fn wrap(routes: Router) -> Router {
+pub(super) fn wrap(routes: Router, access: &Access) -> Router {
     metrics::start();
     let span = |request: &Request<Body>| {
         let id = request.headers().get("x-request-id").and_then(|id| id.to_str().ok()).unwrap_or_default();
         tracing::debug_span!("request", request.id = id, method = %request.method(), path = request.uri().path())
     };
-    routes
+    let routes = routes
         // Uploads have their own limit and are never held in memory.
         .layer(DefaultBodyLimit::disable())
         .layer(CatchPanicLayer::custom(panicked))
-        .route_layer(from_fn(metrics::measure))
-        .layer(from_fn(problem::finish))
+        .route_layer(from_fn(metrics::measure));
+    let routes = access.guard(routes).layer(from_fn(problem::finish));
+    compression::wrap(routes)
+        .layer(access.cors())
         .layer(TraceLayer::new_for_http().make_span_with(span))
         .layer(PropagateRequestIdLayer::x_request_id())
         .layer(SetRequestIdLayer::x_request_id(Numbered))
@@ -56,6 +58,7 @@ mod tests {
     use tower::ServiceExt;
 
     use super::*;
+    use crate::service::config::HttpConfig;
 
     #[tokio::test]
     async fn a_panic_is_a_problem_that_names_the_request() {
@@ -67,7 +70,8 @@ mod tests {
                 }
             }),
         );
-        let response = wrap(routes).oneshot(Request::get("/").body(Body::empty()).unwrap()).await.unwrap();
+        let access = Access::new(&HttpConfig::default(), [127, 0, 0, 1].into());
+        let response = wrap(routes, &access).oneshot(Request::get("/").body(Body::empty()).unwrap()).await.unwrap();
         assert_eq!(response.status(), 500);
         assert_eq!(response.headers()["content-type"], "application/problem+json");
         let id = response.headers()["x-request-id"].to_str().unwrap().to_owned();

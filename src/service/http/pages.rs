@@ -5,7 +5,7 @@ use axum::http::{HeaderName, header};
 use axum::response::Html;
 
 use crate::service::http::HttpState;
-use crate::service::http::router::document;
+use crate::service::http::openapi::document;
 
 const INDEX: &str = include_str!("../../../web/index.html");
 const DOCS: &str = include_str!("../../../web/docs.html");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use crate::service::http::Readiness;
+use crate::service::http::{Access, Readiness};
 use crate::service::jobs::{Desk, Driver};
 
 /// What handlers share. Cheap to clone.
@@ -16,6 +16,8 @@ pub struct HttpState {
     pub desk: Desk,
     /// Reads uploads, draws pictures.
     pub driver: Arc<dyn Driver>,
+    /// Who may use the API from a browser.
+    pub access: Access,
     /// Folder of uploads on their way in.
     pub uploads: PathBuf,
     /// Whether the storage can be written to.

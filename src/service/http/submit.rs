@@ -8,7 +8,9 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::service::http::HttpState;
-use crate::service::http::upload::{self, Upload};
+use crate::service::http::openapi::FileBytes;
+use crate::service::http::several::Files;
+use crate::service::http::upload;
 use crate::service::jobs::OrderMesh;
 use crate::service::wire::{Problem, ProblemKind, RemeshRequest, ResolvedSpec, Violation};
 
@@ -16,9 +18,10 @@ use crate::service::wire::{Problem, ProblemKind, RemeshRequest, ResolvedSpec, Vi
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "only its schema is used; the body is read as a stream")]
 pub(super) struct JobForm {
-    /// OBJ, GLB, glTF with data URIs, PLY, STL, or a zip of glTF and buffers.
-    #[schema(value_type = String, format = Binary)]
-    mesh: Vec<u8>,
+    /// OBJ, GLB, glTF, PLY, STL, or a zip of a mesh and the files that it names. The part may repeat: a mesh and these
+    /// files, each under its name.
+    #[schema(inline, value_type = Vec<FileBytes>, min_items = 1, max_items = 1000)]
+    mesh: Vec<Vec<u8>>,
     /// The spec; every field may be left out.
     spec: Option<RemeshRequest>,
 }
@@ -28,6 +31,7 @@ pub(super) struct JobForm {
 #[serde(deny_unknown_fields)]
 pub(super) struct AssetJob {
     /// Id of the asset.
+    #[schema(format = Uuid)]
     asset: String,
     /// The spec; every field may be left out.
     #[schema(value_type = Option<RemeshRequest>)]
@@ -63,25 +67,25 @@ impl Submission {
     }
 
     async fn from_form(state: &HttpState, request: Request) -> Result<Self, Problem> {
-        let (mut mesh, mut spec) = (None, None);
+        let (mut files, mut spec) = (Files::default(), None);
         let mut multipart =
             Multipart::from_request(request, state).await.map_err(|rejection| invalid(rejection.body_text()))?;
         while let Some(field) = upload::next_field(&mut multipart).await? {
             match field.name() {
-                Some("mesh") if mesh.is_none() => mesh = Some(Upload::receive(state, field).await?),
+                Some("mesh") => files.receive(state, field).await?,
                 Some("spec") if spec.is_none() => {
                     // Judged at once: a client with a wrong spec need not send its mesh.
                     let bytes = upload::small(field, upload::SPEC_BYTES).await?;
                     spec = Some(ResolvedSpec::from_json(&bytes)?);
                 }
-                Some(name @ ("mesh" | "spec")) => return Err(invalid(format!("The part `{name}` comes twice."))),
+                Some("spec") => return Err(invalid("The part `spec` comes twice.")),
                 name => {
                     let name = name.unwrap_or("without a name");
                     return Err(invalid(format!("Unknown part `{name}`; there are only `mesh` and `spec`.")));
                 }
             }
         }
-        let Some(mesh) = mesh else { return Err(invalid("The part `mesh` with the file is missing.")) };
+        let mesh = files.finish(state).await?;
         Ok(Self { mesh: OrderMesh::New(mesh.accept(state, false).await?), spec: spec.unwrap_or_default() })
     }
 

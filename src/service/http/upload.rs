@@ -28,10 +28,10 @@ pub(super) const SPEC_BYTES: u64 = 32 << 20;
 /// An upload in a file that vanishes when it is dropped.
 #[derive(Debug)]
 pub(super) struct Upload {
-    file: NamedTempFile,
-    name: Option<String>,
-    sha256: String,
-    bytes: u64,
+    pub(super) file: NamedTempFile,
+    pub(super) name: Option<String>,
+    pub(super) sha256: String,
+    pub(super) bytes: u64,
 }
 
 /// Refuses a body that says itself that it is too long, before it is sent.
@@ -44,7 +44,7 @@ pub(super) fn judge_length(state: &HttpState, headers: &HeaderMap) -> Result<(),
     }
 }
 
-fn too_large(limit: u64) -> Problem {
+pub(super) fn too_large(limit: u64) -> Problem {
     Problem::new(ProblemKind::BodyTooLarge, format!("The upload exceeds the limit of {limit} bytes."))
 }
 

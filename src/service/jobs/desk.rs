@@ -10,8 +10,11 @@ use crate::engine::run::StopReason;
 use crate::service::config::{JobsConfig, LimitsConfig};
 use crate::service::jobs::{Live, SqliteQueue, Ticket, TicketQueue, hex};
 use crate::service::store::assets::Adopted;
-use crate::service::store::{AssetRow, Cancelling, JobRow, NewAsset, NewJob, Store, assets, jobs};
+use crate::service::store::{AssetRow, Cancelling, JobFilter, JobRow, NewAsset, NewJob, Store, assets, jobs};
 use crate::service::wire::{InputBody, JobStatus, Problem, ProblemKind, ResolvedSpec, Violation};
+
+/// Jobs that are cancelled or removed in one transaction; others may write between two.
+const BATCH: u32 = 100;
 
 /// The mesh of an order.
 #[derive(Clone, Debug)]
@@ -108,11 +111,16 @@ impl Desk {
             let detail = format!("{} jobs are waiting, and no more are accepted.", self.limits.queued_jobs);
             return Err(Problem { retry_after: Some(30), ..Problem::new(ProblemKind::QueueFull, detail) });
         }
-        let (Adopted { asset, unused }, format) = match &order.mesh {
-            OrderMesh::New(new) => (assets::adopt(&mut tx, self.store.blobs(), new).await?, new.format.clone()),
-            OrderMesh::Known(known) => (Adopted { asset: known.clone(), unused: None }, known.format.clone()),
+        // The same bytes may have come under another name first.
+        let (Adopted { asset, unused }, name, format) = match &order.mesh {
+            OrderMesh::New(new) => {
+                (assets::adopt(&mut tx, self.store.blobs(), new).await?, new.name.clone(), new.format.clone())
+            }
+            OrderMesh::Known(known) => {
+                (Adopted { asset: known.clone(), unused: None }, known.name.clone(), known.format.clone())
+            }
         };
-        let input = InputBody { sha256: asset.sha256, bytes: asset.bytes, format, ..InputBody::default() };
+        let input = InputBody { sha256: asset.sha256, bytes: asset.bytes, name, format, ..InputBody::default() };
         let (id, number, priority) = (Uuid::now_v7(), Uuid::now_v7(), order.spec.options.priority);
         let job = NewJob {
             id,
@@ -132,26 +140,70 @@ impl Desk {
 
     /// Cancels a job; a finished one stays as it is.
     pub async fn cancel(&self, id: Uuid) -> Result<Cancelling, Problem> {
-        let problem = Problem::stopped(StopReason::Client).body(Some(format!("/v1/jobs/{id}")));
+        Ok(self.cancel_each(&[id]).await?.pop().unwrap_or(Cancelling::Unknown))
+    }
+
+    async fn cancel_each(&self, ids: &[Uuid]) -> Result<Vec<Cancelling>, Problem> {
+        let problem = |id| Problem::stopped(StopReason::Client).body(Some(format!("/v1/jobs/{id}")));
         let keep_ms = i64::try_from(self.jobs.retention.as_millis()).unwrap_or(i64::MAX);
-        let done = self.store.request_cancel(id, &problem, keep_ms).await?;
-        match done {
-            Cancelling::Done => {
-                metrics::counter!("quadrille_jobs_finished_total", "status" => JobStatus::Cancelled.name())
-                    .increment(1);
-                self.live.ring(id);
+        let done = self.store.request_cancel(ids, problem, keep_ms).await?;
+        for (&id, done) in ids.iter().zip(&done) {
+            match done {
+                Cancelling::Done => {
+                    metrics::counter!("quadrille_jobs_finished_total", "status" => JobStatus::Cancelled.name())
+                        .increment(1);
+                    self.live.ring(id);
+                }
+                Cancelling::Asked => self.live.stop(id, StopReason::Client),
+                Cancelling::Finished | Cancelling::Unknown => {}
             }
-            Cancelling::Asked => self.live.stop(id, StopReason::Client),
-            Cancelling::Finished | Cancelling::Unknown => {}
         }
         Ok(done)
     }
 
+    /// Cancels all jobs that pass `filter` and are not finished; their number.
+    pub async fn cancel_all(&self, mut filter: JobFilter) -> Result<u64, Problem> {
+        let unfinished = [JobStatus::Queued, JobStatus::Running];
+        let wanted = |status: &JobStatus| filter.statuses.is_empty() || filter.statuses.contains(status);
+        filter.statuses = unfinished.into_iter().filter(wanted).collect();
+        if filter.statuses.is_empty() {
+            return Ok(0);
+        }
+        let mut cancelled = 0;
+        while let Some(ids) = self.next_batch(&mut filter).await? {
+            let done = self.cancel_each(&ids).await?;
+            cancelled += done.iter().filter(|done| matches!(done, Cancelling::Done | Cancelling::Asked)).count();
+        }
+        Ok(cancelled as u64)
+    }
+
+    /// The newest jobs that pass `filter`, which then goes on behind them.
+    async fn next_batch(&self, filter: &mut JobFilter) -> Result<Option<Vec<Uuid>>, Problem> {
+        let ids = self.store.job_ids(filter, BATCH).await?;
+        filter.before = ids.last().copied();
+        Ok((!ids.is_empty()).then_some(ids))
+    }
+
     /// Removes a job with all its files, stopping it first; `false` if there is none.
     pub async fn delete(&self, id: Uuid) -> Result<bool, Problem> {
-        let known = self.store.delete_job(id).await?;
-        self.live.stop(id, StopReason::Client);
-        self.live.ring(id);
-        Ok(known)
+        Ok(!self.delete_each(&[id]).await?.is_empty())
+    }
+
+    async fn delete_each(&self, ids: &[Uuid]) -> Result<Vec<Uuid>, Problem> {
+        let deleted = self.store.delete_jobs(ids).await?;
+        for &id in ids {
+            self.live.stop(id, StopReason::Client);
+            self.live.ring(id);
+        }
+        Ok(deleted)
+    }
+
+    /// Removes all jobs that pass `filter` with all their files, stopping them first; their number.
+    pub async fn delete_all(&self, mut filter: JobFilter) -> Result<u64, Problem> {
+        let mut deleted = 0;
+        while let Some(ids) = self.next_batch(&mut filter).await? {
+            deleted += self.delete_each(&ids).await?.len();
+        }
+        Ok(deleted as u64)
     }
 }

@@ -28,7 +28,7 @@ pub async fn sweep_until(desk: Desk, stop: CancellationToken) {
 
 async fn sweep(desk: &Desk, thorough: bool) -> Result<(), StoreError> {
     for id in desk.store.expired_jobs(now_ms()).await? {
-        desk.store.delete_job(id).await?;
+        desk.store.delete_jobs(&[id]).await?;
         tracing::info!(job.id = %id, "the job expired and was removed");
     }
     if thorough {

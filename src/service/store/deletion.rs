@@ -18,28 +18,35 @@ pub enum Deleted {
 }
 
 impl Store {
-    /// Removes a job, its events, its artefacts, and its mesh if that was uploaded for this job only. `false` if there
-    /// is no such job. A worker that still runs it loses its hold.
-    pub async fn delete_job(&self, id: Uuid) -> Result<bool, StoreError> {
+    /// Removes jobs, their events, their artefacts, and their meshes if those were uploaded for these jobs only. The
+    /// answer has the jobs that there were. A worker that still runs one loses its hold.
+    pub async fn delete_jobs(&self, ids: &[Uuid]) -> Result<Vec<Uuid>, StoreError> {
         let mut tx = self.write().await?;
-        let asset: Option<String> = sqlx::query_scalar("DELETE FROM remesh_jobs WHERE id = ? RETURNING asset_id")
-            .bind(id.to_string())
+        let (mut deleted, mut orphans) = (Vec::new(), Vec::new());
+        for &id in ids {
+            let asset: Option<String> = sqlx::query_scalar("DELETE FROM remesh_jobs WHERE id = ? RETURNING asset_id")
+                .bind(id.to_string())
+                .fetch_optional(&mut *tx)
+                .await?;
+            let Some(asset) = asset else { continue };
+            let orphan: Option<String> = sqlx::query_scalar(
+                "DELETE FROM assets WHERE id = ?1 AND pinned = 0
+                 AND NOT EXISTS (SELECT 1 FROM remesh_jobs WHERE asset_id = ?1) RETURNING blob",
+            )
+            .bind(asset)
             .fetch_optional(&mut *tx)
             .await?;
-        let Some(asset) = asset else { return Ok(false) };
-        let orphan: Option<String> = sqlx::query_scalar(
-            "DELETE FROM assets WHERE id = ?1 AND pinned = 0
-             AND NOT EXISTS (SELECT 1 FROM remesh_jobs WHERE asset_id = ?1) RETURNING blob",
-        )
-        .bind(asset)
-        .fetch_optional(&mut *tx)
-        .await?;
-        tx.commit().await?;
-        self.blobs().remove_below(&JobRow::blobs(id)).await?;
-        if let Some(blob) = orphan {
-            self.blobs().remove(&blob).await?;
+            deleted.push(id);
+            orphans.extend(orphan);
         }
-        Ok(true)
+        tx.commit().await?;
+        for &id in &deleted {
+            self.blobs().remove_below(&JobRow::blobs(id)).await?;
+        }
+        for blob in &orphans {
+            self.blobs().remove(blob).await?;
+        }
+        Ok(deleted)
     }
 
     /// Removes blobs that no row names and that are older than `age`: left behind by a process that died between a row

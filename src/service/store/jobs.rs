@@ -162,45 +162,57 @@ impl Store {
         Ok(true)
     }
 
-    /// Cancels a waiting job at once, or leaves word for the worker of a running one.
+    /// Cancels waiting jobs at once, and leaves word for the workers of running ones; `problem` is what their jobs show.
     pub async fn request_cancel(
         &self,
-        id: Uuid,
-        problem: &ProblemBody,
+        ids: &[Uuid],
+        problem: impl Fn(Uuid) -> ProblemBody,
         keep_ms: i64,
-    ) -> Result<Cancelling, StoreError> {
-        let now = now_ms();
+    ) -> Result<Vec<Cancelling>, StoreError> {
         let mut tx = self.write().await?;
-        let done = sqlx::query(
-            "UPDATE remesh_jobs SET status = 'cancelled', cancel_requested = 1, problem = ?2, finished_at = ?3,
-             expires_at = ?4 WHERE id = ?1 AND status = 'queued'",
-        )
-        .bind(id.to_string())
-        .bind(json!(problem).to_string())
-        .bind(now)
-        .bind(now.saturating_add(keep_ms))
-        .execute(&mut *tx)
-        .await?;
-        if done.rows_affected() > 0 {
-            events::append(&mut tx, id, JobStatus::Cancelled.name(), &Value::Null).await?;
-            tx.commit().await?;
-            return Ok(Cancelling::Done);
+        let mut done = Vec::with_capacity(ids.len());
+        for &id in ids {
+            done.push(cancel(&mut tx, id, &problem(id), keep_ms).await?);
         }
-        let asked = sqlx::query("UPDATE remesh_jobs SET cancel_requested = 1 WHERE id = ? AND status = 'running'")
-            .bind(id.to_string())
-            .execute(&mut *tx)
-            .await?;
-        let known: bool = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM remesh_jobs WHERE id = ?)")
-            .bind(id.to_string())
-            .fetch_one(&mut *tx)
-            .await?;
         tx.commit().await?;
-        Ok(match (asked.rows_affected() > 0, known) {
-            (true, _) => Cancelling::Asked,
-            (false, true) => Cancelling::Finished,
-            (false, false) => Cancelling::Unknown,
-        })
+        Ok(done)
     }
+}
+
+async fn cancel(
+    connection: &mut SqliteConnection,
+    id: Uuid,
+    problem: &ProblemBody,
+    keep_ms: i64,
+) -> Result<Cancelling, StoreError> {
+    let now = now_ms();
+    let done = sqlx::query(
+        "UPDATE remesh_jobs SET status = 'cancelled', cancel_requested = 1, problem = ?2, finished_at = ?3,
+         expires_at = ?4 WHERE id = ?1 AND status = 'queued'",
+    )
+    .bind(id.to_string())
+    .bind(json!(problem).to_string())
+    .bind(now)
+    .bind(now.saturating_add(keep_ms))
+    .execute(&mut *connection)
+    .await?;
+    if done.rows_affected() > 0 {
+        events::append(connection, id, JobStatus::Cancelled.name(), &Value::Null).await?;
+        return Ok(Cancelling::Done);
+    }
+    let asked = sqlx::query("UPDATE remesh_jobs SET cancel_requested = 1 WHERE id = ? AND status = 'running'")
+        .bind(id.to_string())
+        .execute(&mut *connection)
+        .await?;
+    let known: bool = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM remesh_jobs WHERE id = ?)")
+        .bind(id.to_string())
+        .fetch_one(connection)
+        .await?;
+    Ok(match (asked.rows_affected() > 0, known) {
+        (true, _) => Cancelling::Asked,
+        (false, true) => Cancelling::Finished,
+        (false, false) => Cancelling::Unknown,
+    })
 }
 
 /// Accepts a job inside a transaction; the caller adds the ticket to the same one.
@@ -229,8 +241,7 @@ pub(in crate::service) async fn insert(connection: &mut SqliteConnection, job: &
             .execute(&mut *connection)
             .await?;
     }
-    // Followers of a waiting job see at once that the stream is alive.
-    events::append(connection, job.id, "progress", &json!({"progress": 0.0, "stage": null, "seconds_left": null})).await
+    Ok(())
 }
 
 /// The job that this idempotency key made.

@@ -53,6 +53,8 @@ pub struct InputBody {
     pub sha256: String,
     /// Bytes of the upload.
     pub bytes: u64,
+    /// Name of the file, without its folder; null if the client gave none.
+    pub name: Option<String>,
     /// `obj`, `glb`, `gltf`, `ply`, `stl` or `zip`; null while unknown.
     pub format: Option<String>,
     /// Vertices after conditioning; null before the run.
@@ -122,6 +124,10 @@ pub struct Urls {
     pub report: String,
     /// The picture.
     pub preview: String,
+    /// The whole spec.
+    pub spec: String,
+    /// All files in one.
+    pub archive: String,
 }
 
 impl Urls {
@@ -135,6 +141,8 @@ impl Urls {
             parameterisation: format!("{job}/parameterisation"),
             report: format!("{job}/report"),
             preview: format!("{job}/preview.png"),
+            spec: format!("{job}/spec"),
+            archive: format!("{job}/archive.zip"),
             self_: job,
         }
     }
@@ -144,6 +152,7 @@ impl Urls {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct JobBody {
     /// UUIDv7.
+    #[schema(format = Uuid)]
     pub id: String,
     /// Where the job is in its life.
     pub status: JobStatus,
@@ -158,12 +167,16 @@ pub struct JobBody {
     /// How often a worker began, from 0.
     pub attempt: u32,
     /// RFC 3339.
+    #[schema(format = DateTime)]
     pub created_at: String,
     /// RFC 3339.
+    #[schema(format = DateTime)]
     pub started_at: Option<String>,
     /// RFC 3339.
+    #[schema(format = DateTime)]
     pub finished_at: Option<String>,
     /// RFC 3339; after it the job and its files are removed.
+    #[schema(format = DateTime)]
     pub expires_at: Option<String>,
     /// The spec with all defaults filled in.
     pub spec: RemeshRequest,

@@ -77,6 +77,10 @@ problems! { // slug, status, exit code, title
     MethodNotAllowed = ("method-not-allowed", 405, 2, "The method is not allowed here");
     /// None of the accepted formats can be produced.
     NotAcceptable = ("not-acceptable", 406, 2, "None of the accepted formats can be produced");
+    /// A page of another origin wants to change something.
+    ForeignOrigin = ("foreign-origin", 403, 2, "Pages of this origin may not do this");
+    /// The request names a host that is not this server.
+    ForeignHost = ("foreign-host", 421, 2, "The request was meant for another host");
     /// The artefact does not exist yet.
     NotReady = ("not-ready", 409, 4, "The result does not exist yet");
     /// The job failed, so there is no artefact.
@@ -260,6 +264,11 @@ fn sentence(message: &str) -> String {
 
 /// `application/problem+json` (RFC 9457).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(example = json!({
+    "type": "urn:quadrille:problem:invalid-spec", "title": "The spec cannot be used", "status": 422,
+    "detail": "target.quads: must be from 1 to 10000000.",
+    "errors": [{"pointer": "/target/quads", "message": "must be from 1 to 10000000"}],
+}))]
 pub struct ProblemBody {
     /// Stable URI of the kind of problem.
     #[serde(rename = "type")]
