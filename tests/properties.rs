@@ -11,7 +11,9 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseResult};
 use quadrille::engine::mesh::shapes::sample;
 use quadrille::engine::mesh::{TriMesh, TriangleSoup, next};
-use quadrille::engine::pipeline::{FeatureSpec, Optimise, Outcome, RemeshSpec, Target, WorkingMesh, remesh};
+use quadrille::engine::pipeline::{
+    FeatureSpec, NonOrientable, Optimise, Outcome, RemeshSpec, Target, WorkingMesh, remesh,
+};
 use quadrille::engine::run::{Blame, Fault, RunContext, WarningKind};
 
 const SOUPS: u32 = 10_000;
@@ -204,7 +206,7 @@ fn spec() -> impl Strategy<Value = RemeshSpec> {
             adaptive_size,
             working_mesh,
             features: FeatureSpec { angle_degrees, ..FeatureSpec::default() },
-            cut_non_orientable: true,
+            non_orientable: NonOrientable::Cut,
             ..RemeshSpec::default()
         },
     )

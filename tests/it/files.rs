@@ -31,7 +31,7 @@ async fn every_format_is_there_by_name_and_by_negotiation() {
         let liked = with_header(client, path, "accept", &format!("text/html, {media_type};q=0.9")).await;
         assert_eq!(named.bytes().await.unwrap(), liked.bytes().await.unwrap());
     }
-    problem(with_header(client, path, "accept", "image/png").await, 406, "not-acceptable").await;
+    problem(with_header(client, path, "accept", "image/png").await, 406, "format-not-offered").await;
     problem(client.get(&format!("{path}?format=fbx")).await, 400, "invalid-request").await;
     let map = client.get(job["urls"]["parameterisation"].as_str().unwrap()).await;
     problem(map, 404, "no-artefact").await;

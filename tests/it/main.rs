@@ -25,5 +25,6 @@ mod routes;
 mod scripted;
 mod server;
 mod several;
+mod specs;
 mod storage;
 mod typical_failures;

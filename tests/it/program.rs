@@ -34,6 +34,14 @@ impl Program {
         Self { process, client: Client::new(base) }
     }
 
+    /// Most memory that the process ever had, as Linux tells it.
+    pub(crate) fn peak_bytes(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id())).expect("the process runs");
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).expect("its peak");
+        let kib: u64 = peak.trim().trim_end_matches(" kB").parse().expect("a number");
+        kib << 10
+    }
+
     /// SIGKILL.
     pub(crate) fn kill(mut self) {
         self.process.kill().expect("the child can be killed");

@@ -10,7 +10,7 @@ use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::remesh::{SHORTEST_FEATURE, edge_length, features, middle};
-use crate::engine::pipeline::spec::{RemeshSpec, Target};
+use crate::engine::pipeline::spec::{NonOrientable, RemeshSpec, Target};
 use crate::engine::pipeline::symmetry::{fold, unfold_surface};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::Cancelled;
@@ -44,7 +44,7 @@ pub fn check(
     findings: Option<&RunFindings>,
 ) -> Result<Certificate, RemeshError> {
     let conditioned = ctx.stage(Stage::Condition, |ctx| {
-        let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
+        let options = ConditionOptions { cut_non_orientable: spec.non_orientable == NonOrientable::Cut };
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
     let mut spec = spec.clone();

@@ -34,4 +34,4 @@ pub use outcome::MapOutcome;
 pub use remesh::{Outcome, remesh};
 pub use report::{BranchReport, FeatureReport, InputReport, Level, MapReport, Repairs, Report, Singularity};
 pub use rounding::rounding_trials;
-pub use spec::{Align, Boundary, FeatureSpec, Method, Optimise, RemeshSpec, Target, WorkingMesh};
+pub use spec::{Align, Boundary, FeatureSpec, Method, NonOrientable, Optimise, RemeshSpec, Target, WorkingMesh};

@@ -22,7 +22,7 @@ use crate::engine::pipeline::ladder::Solved;
 use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
 use crate::engine::pipeline::report::{FeatureReport, InputReport, Level, Repairs, Report};
 use crate::engine::pipeline::sizing::sizes;
-use crate::engine::pipeline::spec::{Method, RemeshSpec, Target};
+use crate::engine::pipeline::spec::{Method, NonOrientable, RemeshSpec, Target};
 use crate::engine::pipeline::symmetry::{Fold, fold, unfold_map, unfold_quads, unfold_surface};
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::QuadMesh;
@@ -62,7 +62,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let guess = Size::of(soup.n_polygons() as f64, spec);
     let ctx = &ctx.planned(plan_of_model(&guess, spec));
     let conditioned = ctx.stage(Stage::Condition, |ctx| {
-        let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
+        let options = ConditionOptions { cut_non_orientable: spec.non_orientable == NonOrientable::Cut };
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
     let edge_length = edge_length(&conditioned, spec)?;

@@ -10,7 +10,7 @@ use crate::engine::methods::quad_cover::{QuadCoverError, RoundingTrial, rounding
 use crate::engine::pipeline::component::{Component, split};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::remesh::{edge_length, features};
-use crate::engine::pipeline::spec::{Optimise, RemeshSpec};
+use crate::engine::pipeline::spec::{NonOrientable, Optimise, RemeshSpec};
 use crate::engine::pipeline::working::working_surface;
 use crate::engine::run::RunContext;
 
@@ -25,7 +25,7 @@ pub fn rounding_trials(
     spec: &RemeshSpec,
     offsets: usize,
 ) -> Result<Vec<RoundingTrial>, RemeshError> {
-    let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
+    let options = ConditionOptions { cut_non_orientable: spec.non_orientable == NonOrientable::Cut };
     let conditioned = condition(ctx, soup, &options)?;
     let edge_length = edge_length(&conditioned, spec)?;
     let Detected { features, detail, .. } = features(&conditioned, soup, spec, edge_length);

@@ -63,6 +63,16 @@ pub enum WorkingMesh {
     Input,
 }
 
+/// What is done with components that have only one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NonOrientable {
+    /// The input is refused.
+    #[default]
+    Refuse,
+    /// They are cut open along a curve.
+    Cut,
+}
+
 /// What must come out as quad edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureSpec {
@@ -113,8 +123,8 @@ pub struct RemeshSpec {
     pub working_mesh: WorkingMesh,
     /// Attributes carried to the quads, where the input has them.
     pub preserve: Preserve,
-    /// Cut non-orientable components open instead of refusing them.
-    pub cut_non_orientable: bool,
+    /// Components with only one side.
+    pub non_orientable: NonOrientable,
     /// Seed of every random choice.
     pub seed: u64,
 }
@@ -143,7 +153,7 @@ impl Default for RemeshSpec {
             symmetry: Vec::new(),
             working_mesh: WorkingMesh::default(),
             preserve: Preserve::default(),
-            cut_non_orientable: false,
+            non_orientable: NonOrientable::default(),
             seed: 0,
         }
     }

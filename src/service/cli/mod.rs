@@ -49,6 +49,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Write one of the built-in sample surfaces
     Sample(sample::SampleArgs),
+    /// Print the fields of a spec with their values, defaults and meaning, as Markdown
+    Spec,
     /// Print the OpenAPI document
     Openapi,
     /// Print a script that completes this program's arguments in a shell
@@ -109,6 +111,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Sample(args) => sample::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Spec => spec_flags::print_table(),
         Command::Openapi => serve::openapi(),
         Command::Completions(args) => packaging::completions(&args),
         Command::Man(args) => packaging::man(&args),

@@ -130,7 +130,6 @@ impl Session<'_> {
             map: plan.map.iter().map(|(_, format)| *format).collect(),
             preview: plan.preview.as_ref().map(|_| self.args.preview_size),
         };
-        let deadline = Duration::from_secs_f64(self.resolved.options.deadline_s);
         // The bar lives as long as the last handle of the context: it must be gone before anything else is printed.
         let context = RunContext::new(self.resolved.spec.seed, self.progress.observer());
         self.current.begin(&context);
@@ -138,7 +137,7 @@ impl Session<'_> {
         let (format, beside) = (plan.from, Folder::of(&plan.input));
         let outcome = self.runtime.block_on(EnginePool::new(self.args.threads).run(&context, move || {
             let input = Input { bytes: &bytes, format, beside: &beside, limits };
-            execute(&run, &input, &resolved.spec, &wanted, deadline)
+            execute(&run, &input, &resolved, &wanted)
         }));
         self.current.end();
         outcome

@@ -1,147 +1,143 @@
 //! The spec on the command line: `--spec FILE.json`, and flags that override single fields of it.
 //!
-//! Flags become fields of the JSON document, so that there is one judge of specs and one wording of its refusals.
+//! The flags follow from the table of fields, and their texts become JSON, so that there is one judge of specs and one
+//! wording of its refusals.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::Args;
-use serde_json::{Map, Value, json};
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
 use crate::service::cli::{Failure, files};
-use crate::service::wire::{Problem, ResolvedSpec, Violation};
+use crate::service::wire::{FIELDS, Field, Flag, FlagText, Problem, ResolvedSpec, SPEC_BYTES, SpecTable};
 
-/// Longest spec file in bytes.
-const MAX_SPEC_BYTES: u64 = 64 << 20;
+const SPEC: &str = "spec";
+/// Stands for a list without names.
+const NONE: &str = "none";
 
 /// Fields of the spec.
-#[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Spec")]
+#[derive(Debug, Default)]
 pub(super) struct SpecFlags {
-    /// JSON file with any fields of the spec
-    #[arg(long, value_name = "FILE.json")]
+    /// JSON file with any fields of the spec.
     spec: Option<PathBuf>,
-    /// quadcover
-    #[arg(long)]
-    method: Option<String>,
-    /// Quads of the whole model [default: 5000]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "edge_length")]
-    target_quads: Option<String>,
-    /// Edge length of the quads in model units
-    #[arg(long, value_name = "L", allow_negative_numbers = true)]
-    edge_length: Option<String>,
-    /// Curvature-adaptive size, 0 to 100
-    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
-    adaptive_size: Option<String>,
-    /// Dihedral angle in degrees from which edges are sharp; 180: none [default: 40]
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
-    feature_angle: Option<String>,
-    /// align
-    #[arg(long)]
-    boundary: Option<String>,
-    /// curvature or smooth
-    #[arg(long)]
-    align: Option<String>,
-    /// λ between curvature alignment (0) and smoothness (1) [default: 0.5]
-    #[arg(long, value_name = "LAMBDA", allow_negative_numbers = true)]
-    smoothing: Option<String>,
-    /// none or balance
-    #[arg(long)]
-    optimise: Option<String>,
-    /// Axes of mirror symmetry, e.g. x,y
-    #[arg(long, value_name = "AXES", value_delimiter = ',')]
-    symmetry: Vec<String>,
-    /// auto, or input: the parameterisation lives on the triangles of the input
-    #[arg(long, value_name = "WHICH")]
-    working_mesh: Option<String>,
-    /// refuse or cut
-    #[arg(long, value_name = "HOW")]
-    non_orientable: Option<String>,
-    /// Seed of every random choice [default: 0]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    seed: Option<String>,
-    /// Seconds, then the best certified result so far, or exit code 5 [default: 300]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    deadline: Option<String>,
+    /// JSON texts by the names of their fields.
+    fields: BTreeMap<&'static str, String>,
 }
 
 impl SpecFlags {
     /// Whether a density is asked for on the command line.
     pub(super) fn names_target(&self) -> bool {
-        self.spec.is_some() || self.target_quads.is_some() || self.edge_length.is_some()
+        self.spec.is_some() || self.fields.contains_key("target")
     }
 
     /// The judged spec.
     pub(super) fn resolve(&self) -> Result<ResolvedSpec, Failure> {
-        let mut document = match &self.spec {
-            None => Value::Object(Map::new()),
-            Some(path) => {
-                let bytes = files::read(path, MAX_SPEC_BYTES)
-                    .map_err(|failure| Failure::Usage(failure.line().unwrap_or_default()))?;
-                serde_json::from_slice(&bytes).map_err(|error| {
-                    let violation = Violation::new("", format!("{} is not JSON: {error}", path.display()));
-                    Problem::invalid_spec(vec![violation])
-                })?
-            }
+        let text = match &self.spec {
+            None => Vec::new(),
+            Some(path) => files::read(path, SPEC_BYTES as u64)
+                .map_err(|failure| Failure::Usage(failure.line().unwrap_or_default()))?,
         };
-        // Anything but an object is refused by the judge below, with its own words.
-        if let Value::Object(fields) = &mut document {
-            self.override_fields(fields);
+        Ok(ResolvedSpec::with_flags(&text, &self.fields).map_err(Problem::invalid_spec)?)
+    }
+}
+
+impl Args for SpecFlags {
+    fn augment_args(command: Command) -> Command {
+        let spec = Arg::new(SPEC)
+            .long(SPEC)
+            .value_name("FILE.json")
+            .value_parser(value_parser!(PathBuf))
+            .help("JSON file with any fields of the spec");
+        let mut command = command.next_help_heading("Spec").arg(spec);
+        for field in FIELDS {
+            command = command.args(field.flags.iter().map(|flag| arg(field, flag)));
+            if field.flags.len() > 1 {
+                command = command.group(ArgGroup::new(field.name).args(field.flags.iter().map(|flag| flag.name)));
+            }
         }
-        Ok(ResolvedSpec::from_value(document).map_err(Problem::invalid_spec)?)
+        command
     }
 
-    fn override_fields(&self, fields: &mut Map<String, Value>) {
-        let texts = [
-            ("method", &self.method),
-            ("boundary", &self.boundary),
-            ("align", &self.align),
-            ("optimise", &self.optimise),
-            ("working_mesh", &self.working_mesh),
-            ("non_orientable", &self.non_orientable),
-        ];
-        for (name, text) in texts {
-            if let Some(text) = text {
-                fields.insert(name.to_owned(), Value::String(text.clone()));
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SpecFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut flags = Self::default();
+        flags.update_from_arg_matches(matches)?;
+        Ok(flags)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.spec = matches.get_one(SPEC).cloned();
+        for field in FIELDS {
+            for flag in field.flags {
+                if matches.value_source(flag.name) == Some(ValueSource::CommandLine) {
+                    let texts: Vec<&String> = matches.get_many(flag.name).into_iter().flatten().collect();
+                    let json = json(field.values.flag_text(), &texts);
+                    let json = flag.member.map_or_else(|| json.clone(), |member| format!("{{\"{member}\": {json}}}"));
+                    self.fields.insert(field.name, json);
+                }
             }
         }
-        let numbers = [
-            ("adaptive_size", &self.adaptive_size),
-            ("smoothing", &self.smoothing),
-            ("seed", &self.seed),
-            ("deadline_s", &self.deadline),
-        ];
-        for (name, text) in numbers {
-            if let Some(text) = text {
-                fields.insert(name.to_owned(), number(text));
-            }
-        }
-        if let Some(quads) = &self.target_quads {
-            fields.insert("target".to_owned(), json!({ "quads": number(quads) }));
-        }
-        if let Some(length) = &self.edge_length {
-            fields.insert("target".to_owned(), json!({ "edge_length": number(length) }));
-        }
-        if let Some(angle) = &self.feature_angle {
-            let features = fields.entry("features").or_insert_with(|| Value::Object(Map::new()));
-            if let Value::Object(features) = features {
-                features.insert("angle".to_owned(), number(angle));
-            }
-        }
-        if !self.symmetry.is_empty() {
-            fields.insert("symmetry".to_owned(), json!(self.symmetry));
+        Ok(())
+    }
+}
+
+/// `quadrille spec`: the table of fields.
+pub(super) fn print_table() -> Result<(), Failure> {
+    files::print(SpecTable.to_string().into_bytes())
+}
+
+fn arg(field: &Field, flag: &Flag) -> Arg {
+    let kind = field.values.flag_text();
+    let choices = field.values.choices();
+    let mut help = flag.help.unwrap_or(field.help).trim_end_matches('.').to_owned();
+    if choices.is_empty() && kind == FlagText::Number && flag.member.is_none() {
+        help += &format!(", {}", field.values.allowed());
+    }
+    if let Some(default) = field.default_text().filter(|_| flag.member.is_none()) {
+        help += &format!(" [default: {default}]");
+    }
+    let arg = Arg::new(flag.name).long(flag.name).value_name(flag.value).help(help).allow_negative_numbers(true);
+    let values = || choices.iter().map(|&(name, help)| PossibleValue::new(name).help(help));
+    match kind {
+        FlagText::Number => arg,
+        FlagText::Switch => arg
+            .num_args(0..=1)
+            .require_equals(true)
+            .default_missing_value("true")
+            .value_parser(PossibleValuesParser::new(["true", "false"])),
+        FlagText::Name => arg.value_parser(PossibleValuesParser::new(values())),
+        FlagText::Names => {
+            let none = PossibleValue::new(NONE).help("No one of these.");
+            arg.action(ArgAction::Append)
+                .value_delimiter(',')
+                .value_parser(PossibleValuesParser::new(values().chain([none])))
         }
     }
 }
 
-/// A JSON number, or the text itself, which the judge refuses as no number.
-fn number(text: &str) -> Value {
-    match text.parse::<u64>() {
-        Ok(whole) => Value::from(whole),
-        Err(_) => text
-            .parse::<f64>()
-            .ok()
-            .and_then(serde_json::Number::from_f64)
-            .map_or_else(|| Value::String(text.to_owned()), Value::Number),
+/// The JSON of what a flag says.
+fn json(kind: FlagText, texts: &[&String]) -> String {
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let text = texts.first().map(|text| text.as_str()).unwrap_or_default();
+    match kind {
+        FlagText::Switch => text.to_owned(),
+        FlagText::Name => quoted(text),
+        FlagText::Names => {
+            let names: Vec<String> = texts.iter().filter(|name| **name != NONE).map(|name| quoted(name)).collect();
+            format!("[{}]", names.join(","))
+        }
+        // What is no number of JSON is refused as text by the judge.
+        FlagText::Number => match text.parse::<serde_json::Number>() {
+            Ok(number) => number.to_string(),
+            Err(_) => quoted(text),
+        },
     }
 }
 
@@ -149,40 +145,84 @@ fn number(text: &str) -> Value {
 mod tests {
     use super::*;
     use crate::engine::pipeline::{Align, Target};
+    use crate::service::wire::LevelName;
+
+    fn flags(line: &[&str]) -> Result<SpecFlags, clap::Error> {
+        let command = SpecFlags::augment_args(Command::new("test").no_binary_name(true));
+        SpecFlags::from_arg_matches(&command.try_get_matches_from(line)?)
+    }
+
+    fn resolved(line: &[&str]) -> ResolvedSpec {
+        flags(line).unwrap().resolve().unwrap()
+    }
 
     #[test]
-    fn flags_override_the_file() {
+    fn flags_override_the_file_even_where_it_is_wrong() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("spec.json");
-        std::fs::write(&path, r#"{"target": {"quads": 10}, "seed": 3, "features": {"materials": false}}"#).unwrap();
-        let flags = SpecFlags {
-            spec: Some(path),
-            edge_length: Some("0.25".into()),
-            feature_angle: Some("30".into()),
-            boundary: Some("align".into()),
-            align: Some("smooth".into()),
-            ..SpecFlags::default()
-        };
-        let spec = flags.resolve().unwrap().spec;
+        let text = r#"{"target": {"quads": 10}, "seed": 3, "align": 7, "features": {"materials": false, "angle": -1}}"#;
+        std::fs::write(&path, text).unwrap();
+        let spec = path.to_str().unwrap();
+        let line = ["--spec", spec, "--edge-length", "0.25", "--feature-angle", "30", "--align", "smooth"];
+        let spec = resolved(&line).spec;
         assert_eq!(spec.target, Target::EdgeLength(0.25));
         assert_eq!((spec.seed, spec.align), (3, Align::Smooth));
         assert_eq!((spec.features.angle_degrees, spec.features.materials), (30.0, false));
     }
 
     #[test]
+    fn every_field_that_is_no_list_of_its_own_and_shapes_the_result_is_a_flag() {
+        let without: Vec<&str> = FIELDS.iter().filter(|f| f.flags.is_empty()).map(|f| f.name).collect();
+        assert_eq!(without, ["features.edges", "strokes", "tags", "priority"]);
+        let spec = resolved(&[
+            "--method=quadcover",
+            "--target-quads=7",
+            "--adapt-count=false",
+            "--adaptive-size=10",
+            "--density-from-vertex-colour",
+            "--feature-normals",
+            "--feature-materials=false",
+            "--boundary=align",
+            "--smoothing=0.25",
+            "--optimise=relocate",
+            "--symmetry=z,x",
+            "--output=pure",
+            "--working-mesh=input",
+            "--preserve=none",
+            "--non-orientable=cut",
+            "--seed=9",
+            "--deadline=2.5",
+            "--accept-level=L1",
+            "--accept-count=0.1",
+            "--accept-distance=0.01",
+        ]);
+        assert_eq!((spec.spec.target, spec.spec.adapt_count, spec.spec.seed), (Target::Quads(7), false, 9));
+        assert!(spec.spec.density_from_vertex_colour && spec.spec.features.normals && !spec.spec.features.materials);
+        assert_eq!((spec.spec.symmetry.as_slice(), spec.spec.preserve.uv), ([0, 2].as_slice(), false));
+        assert_eq!(spec.options.deadline_s, 2.5);
+        assert_eq!(spec.accept.level, Some(LevelName::L1));
+        assert_eq!((spec.accept.count, spec.accept.distance), (Some(0.1), Some(0.01)));
+    }
+
+    #[test]
     fn nonsense_is_refused_with_exit_code_2() {
         let wrong = [
-            SpecFlags { target_quads: Some("0".into()), ..SpecFlags::default() },
-            SpecFlags { target_quads: Some("1000000000".into()), ..SpecFlags::default() },
-            SpecFlags { target_quads: Some("2.5".into()), ..SpecFlags::default() },
-            SpecFlags { edge_length: Some("NaN".into()), ..SpecFlags::default() },
-            SpecFlags { deadline: Some("-1".into()), ..SpecFlags::default() },
-            SpecFlags { method: Some("magic".into()), ..SpecFlags::default() },
-            SpecFlags { symmetry: vec!["w".into()], ..SpecFlags::default() },
-            SpecFlags { spec: Some("no/such/file.json".into()), ..SpecFlags::default() },
+            ["--target-quads", "0"],
+            ["--target-quads", "1000000000"],
+            ["--target-quads", "2.5"],
+            ["--edge-length", "NaN"],
+            ["--deadline", "-1"],
+            ["--spec", "no/such/file.json"],
+            ["--accept-count", "-0.1"],
         ];
-        for flags in wrong {
-            assert_eq!(flags.resolve().expect_err("refused").exit_code(), 2, "{flags:?}");
+        for line in wrong {
+            assert_eq!(flags(&line).unwrap().resolve().expect_err("refused").exit_code(), 2, "{line:?}");
         }
+        for line in
+            [["--method", "magic"], ["--symmetry", "w"], ["--output", "dominant"], ["--adapt-count=7", "--seed=1"]]
+        {
+            assert_eq!(flags(&line).expect_err("refused").exit_code(), 2, "{line:?}");
+        }
+        assert!(flags(&["--target-quads", "7", "--edge-length", "1"]).is_err());
     }
 }

@@ -114,8 +114,9 @@ impl Config {
             } else {
                 merged.get_mut(*table).map(Value::take).unwrap_or_default()
             };
+            let value = typed(value).to_string();
             let pointer = if table.is_empty() { String::new() } else { format!("/{table}") };
-            let mut fields = Fields::of(typed(value), &pointer, &mut violations);
+            let mut fields = Fields::of(&value, &pointer, &mut violations);
             read(&mut fields, &mut raw);
             fields.finish();
         }
@@ -127,7 +128,7 @@ impl Config {
     }
 }
 
-type Section = (&'static str, fn(&mut Fields<'_>, &mut Raw));
+type Section = (&'static str, fn(&mut Fields<'_, '_>, &mut Raw));
 
 /// The tables of the file; the first is its top.
 const SECTIONS: &[Section] = &[

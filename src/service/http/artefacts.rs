@@ -257,7 +257,7 @@ fn negotiate<F: Copy>(
     }
     best.map(|(_, offer)| offer).ok_or_else(|| {
         let offered: Vec<_> = offered.iter().map(|&(_, media_type)| media_type).collect();
-        Problem::new(ProblemKind::NotAcceptable, format!("Offered are {}.", offered.join(", ")))
+        Problem::new(ProblemKind::FormatNotOffered, format!("Offered are {}.", offered.join(", ")))
     })
 }
 

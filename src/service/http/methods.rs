@@ -5,7 +5,8 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use utoipa::{PartialSchema, ToSchema};
 
-use crate::service::wire::{MethodName, RemeshRequest};
+use crate::engine::pipeline::Method;
+use crate::service::wire::{Choice, ResolvedSpec};
 
 /// A method.
 #[derive(Debug, Serialize, ToSchema)]
@@ -19,7 +20,7 @@ pub(super) struct MethodBody {
     /// JSON Schema of the spec.
     parameters: Value,
     /// The spec when nothing is said.
-    defaults: RemeshRequest,
+    defaults: ResolvedSpec,
 }
 
 /// All methods.
@@ -35,18 +36,19 @@ pub(super) struct MethodList {
 pub(super) async fn list_methods() -> Json<MethodList> {
     Json(MethodList {
         methods: vec![MethodBody {
-            name: MethodName::Quadcover.name(),
+            name: Method::QuadCover.name(),
             summary: "A smooth cross field along principal curvatures, integrated on a branched covering and rounded to \
                       an integer-grid map, whose grid lines are the quads.",
             cannot: vec![
                 "move branch points onto features or the boundary, or off them (optimise)",
-                "ignore the boundary (boundary: free)",
+                "a free boundary together with symmetry (boundary, symmetry)",
                 "quad-dominant meshes (output)",
+                "symmetry of models further than 5 % of their diagonal from their mirror image (symmetry)",
                 "carry animations, morph targets, or what a material is besides its name (preserve)",
                 "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
             ],
             parameters: spec_schema(),
-            defaults: RemeshRequest::default(),
+            defaults: ResolvedSpec::default(),
         }],
     })
 }
@@ -54,9 +56,9 @@ pub(super) async fn list_methods() -> Json<MethodList> {
 /// The schema of the spec on its own, with everything it refers to under `$defs`.
 fn spec_schema() -> Value {
     let mut parts = Vec::new();
-    RemeshRequest::schemas(&mut parts);
+    ResolvedSpec::schemas(&mut parts);
     let definitions: Map<String, Value> = parts.into_iter().map(|(name, schema)| (name, json!(schema))).collect();
-    let mut schema = json!(RemeshRequest::schema());
+    let mut schema = json!(ResolvedSpec::schema());
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
     schema["$defs"] = definitions.into();
     relocate(&mut schema);
@@ -106,7 +108,7 @@ mod tests {
             assert!(schema.pointer(reference.trim_start_matches('#')).is_some(), "{reference}");
         }
         let properties = schema["properties"].as_object().unwrap();
-        for field in json!(RemeshRequest::default()).as_object().unwrap().keys() {
+        for field in json!(ResolvedSpec::default()).as_object().unwrap().keys() {
             assert!(properties.contains_key(field), "{field}");
         }
     }

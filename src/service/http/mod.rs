@@ -25,6 +25,7 @@ mod problem;
 mod query;
 mod router;
 mod several;
+mod spec;
 mod state;
 mod submit;
 mod upload;

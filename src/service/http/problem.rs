@@ -38,7 +38,7 @@ pub(super) fn gone(job: &str, problem: &ProblemBody) -> Response {
     let detail = format!("{}: {}", problem.title, problem.detail);
     let mut body = serde_json::json!(Problem::new(ProblemKind::JobFailed, detail).body(Some(job.to_owned())));
     body["problem"] = serde_json::json!(problem);
-    for member in ["stage", "elements", "errors"] {
+    for member in ["stage", "elements", "errors", "figures"] {
         if let Some(value) = body["problem"].get(member).cloned() {
             body[member] = value;
         }

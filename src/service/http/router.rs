@@ -10,7 +10,7 @@ use utoipa_axum::routes;
 
 use crate::service::http::openapi::{Frame, document};
 use crate::service::http::{
-    HttpState, archive, artefacts, assets, body, events, health, jobs, layers, listing, methods, pages,
+    HttpState, archive, artefacts, assets, body, events, health, jobs, layers, listing, methods, pages, spec,
 };
 use crate::service::wire::{Problem, ProblemKind};
 
@@ -21,6 +21,7 @@ pub(super) fn routes() -> OpenApiRouter<HttpState> {
         .routes(routes!(listing::cancel_jobs))
         .routes(routes!(jobs::get_job, jobs::delete_job))
         .routes(routes!(jobs::cancel_job))
+        .routes(routes!(spec::job_spec))
         .routes(routes!(events::job_events))
         .routes(routes!(artefacts::quad_mesh))
         .routes(routes!(artefacts::parameterisation))

@@ -2,17 +2,21 @@
 
 use axum::extract::{FromRequest, Multipart, Request};
 use axum::http::header;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use futures_util::TryStreamExt;
+use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::service::http::HttpState;
 use crate::service::http::openapi::FileBytes;
 use crate::service::http::several::Files;
+use crate::service::http::spec::Text;
 use crate::service::http::upload;
 use crate::service::jobs::OrderMesh;
-use crate::service::wire::{Problem, ProblemKind, RemeshRequest, ResolvedSpec, Violation};
+use crate::service::wire::{Fields, Problem, ProblemKind, ResolvedSpec, SPEC_BYTES, SpecDocument};
+
+/// What a JSON body may have around the spec.
+const AROUND_SPEC: usize = 1 << 10;
 
 /// A job as multipart/form-data.
 #[derive(Debug, ToSchema)]
@@ -23,26 +27,26 @@ pub(super) struct JobForm {
     #[schema(inline, value_type = Vec<FileBytes>, min_items = 1, max_items = 1000)]
     mesh: Vec<Vec<u8>>,
     /// The spec; every field may be left out.
-    spec: Option<RemeshRequest>,
+    spec: Option<ResolvedSpec>,
 }
 
 /// A job on an asset that was uploaded before.
-#[derive(Debug, Serialize, Deserialize, ToSchema)]
+///
+/// Only its schema is used; the body is read field by field.
+#[derive(Debug, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AssetJob {
     /// Id of the asset.
     #[schema(format = Uuid)]
     asset: String,
     /// The spec; every field may be left out.
-    #[schema(value_type = Option<RemeshRequest>)]
-    #[serde(default)]
-    spec: Value,
+    spec: Option<ResolvedSpec>,
 }
 
 /// What a body asked for; its mesh was read and its spec was judged.
 pub(super) struct Submission {
     pub(super) mesh: OrderMesh,
-    pub(super) spec: ResolvedSpec,
+    pub(super) spec: SpecDocument,
 }
 
 fn invalid(detail: impl Into<String>) -> Problem {
@@ -75,8 +79,9 @@ impl Submission {
                 Some("mesh") => files.receive(state, field).await?,
                 Some("spec") if spec.is_none() => {
                     // Judged at once: a client with a wrong spec need not send its mesh.
-                    let bytes = upload::small(field, upload::SPEC_BYTES).await?;
-                    spec = Some(ResolvedSpec::from_json(&bytes)?);
+                    let chunks = field.map_err(|error| upload::broken(&error));
+                    let text = Text::receive(state, chunks, SPEC_BYTES).await?;
+                    spec = Some(text.read(state, |text| SpecDocument::of(&ResolvedSpec::from_json(text)?)).await?);
                 }
                 Some("spec") => return Err(invalid("The part `spec` comes twice.")),
                 name => {
@@ -86,24 +91,34 @@ impl Submission {
             }
         }
         let mesh = files.finish(state).await?;
-        Ok(Self { mesh: OrderMesh::New(mesh.accept(state, false).await?), spec: spec.unwrap_or_default() })
+        let spec = spec.map_or_else(|| SpecDocument::of(&ResolvedSpec::default()), Ok)?;
+        Ok(Self { mesh: OrderMesh::New(mesh.accept(state, false).await?), spec })
     }
 
     async fn from_json(state: &HttpState, request: Request) -> Result<Self, Problem> {
-        let limit = usize::try_from(upload::SPEC_BYTES).unwrap_or(usize::MAX);
-        let bytes = axum::body::to_bytes(request.into_body(), limit).await.map_err(|error| {
-            Problem::new(ProblemKind::BodyTooLarge, format!("The body cannot be read within {limit} bytes: {error}."))
-        })?;
-        let body: AssetJob = serde_json::from_slice(&bytes).map_err(|error| invalid(format!("The body: {error}.")))?;
-        let spec = ResolvedSpec::from_value(body.spec).map_err(|violations| {
-            Problem::invalid_spec(
-                violations.into_iter().map(|violation| Violation::under(violation, "/spec")).collect(),
-            )
-        })?;
-        let missing =
-            || Problem::new(ProblemKind::NotFound, format!("There is no asset {}; upload it first.", body.asset));
-        let id: Uuid = body.asset.parse().map_err(|_| missing())?;
+        let chunks = request.into_body().into_data_stream();
+        let broken = |error: axum::Error| invalid(format!("The body cannot be read: {error}."));
+        let text = Text::receive(state, chunks.map_err(broken), SPEC_BYTES + AROUND_SPEC).await?;
+        let (asset, spec) = text.read(state, read_asset_job).await?;
+        let missing = || Problem::new(ProblemKind::NotFound, "There is no asset with this id; upload it first.");
+        let id: Uuid = asset.parse().map_err(|_| missing())?;
         let asset = state.desk.store.asset(id).await?.filter(|asset| asset.pinned).ok_or_else(missing)?;
         Ok(Self { mesh: OrderMesh::Known(asset), spec })
     }
+}
+
+/// The id of the asset, and the spec.
+fn read_asset_job(text: &[u8]) -> Result<(String, SpecDocument), Problem> {
+    let text = std::str::from_utf8(text).map_err(|error| invalid(format!("The body is not JSON: {error}.")))?;
+    let mut errors = Vec::new();
+    let mut fields = Fields::of(text, "", &mut errors);
+    let mut asset: Option<String> = None;
+    fields.read("asset", &mut asset);
+    let spec = fields.take("spec").unwrap_or_default();
+    fields.finish();
+    let Some(asset) = asset.filter(|_| errors.is_empty()) else {
+        return Err(Problem { errors, ..invalid("The body must be an object with `asset` and perhaps `spec`.") });
+    };
+    let spec = ResolvedSpec::from_json(spec.as_bytes()).map_err(|problem| problem.under("/spec"))?;
+    Ok((asset, SpecDocument::of(&spec)?))
 }

@@ -14,7 +14,7 @@ use uuid::Uuid;
 use crate::service::http::HttpState;
 use crate::service::jobs::{InputFile, beside, hex};
 use crate::service::store::{NewAsset, StoreError};
-use crate::service::wire::{Problem, ProblemKind};
+use crate::service::wire::{Problem, ProblemKind, SPEC_BYTES};
 
 /// Uploads up to this size are read completely before they are accepted, so that the uploader hears of a fault at once.
 const READ_AT_ONCE: u64 = 64 << 20;
@@ -22,8 +22,6 @@ const READ_AT_ONCE: u64 = 64 << 20;
 const AROUND: u64 = 1 << 20;
 /// How much of a larger upload is looked at.
 const HEAD: usize = 1 << 20;
-/// Most bytes of a spec; feature edges and strokes make it long.
-pub(super) const SPEC_BYTES: u64 = 32 << 20;
 
 /// An upload in a file that vanishes when it is dropped.
 #[derive(Debug)]
@@ -39,7 +37,7 @@ pub(super) fn judge_length(state: &HttpState, headers: &HeaderMap) -> Result<(),
     let limit = state.desk.limits.upload_bytes;
     let length = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
     match length {
-        Some(length) if length > limit.saturating_add(SPEC_BYTES + AROUND) => Err(too_large(limit)),
+        Some(length) if length > limit.saturating_add(SPEC_BYTES as u64 + AROUND) => Err(too_large(limit)),
         _ => Ok(()),
     }
 }
@@ -59,19 +57,6 @@ pub(super) fn broken(error: &MultipartError) -> Problem {
 /// The next part of a multipart body.
 pub(super) async fn next_field(multipart: &mut Multipart) -> Result<Option<Field<'_>>, Problem> {
     multipart.next_field().await.map_err(|error| broken(&error))
-}
-
-/// The bytes of a small part.
-pub(super) async fn small(mut field: Field<'_>, limit: u64) -> Result<Vec<u8>, Problem> {
-    let mut bytes = Vec::new();
-    while let Some(chunk) = field.chunk().await.map_err(|error| broken(&error))? {
-        if (bytes.len() + chunk.len()) as u64 > limit {
-            let detail = format!("This part of the body exceeds the limit of {limit} bytes.");
-            return Err(Problem::new(ProblemKind::BodyTooLarge, detail));
-        }
-        bytes.extend_from_slice(&chunk);
-    }
-    Ok(bytes)
 }
 
 impl Upload {

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use serde_json::json;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
@@ -11,7 +10,7 @@ use crate::service::config::{JobsConfig, LimitsConfig};
 use crate::service::jobs::{Live, SqliteQueue, Ticket, TicketQueue, hex};
 use crate::service::store::assets::Adopted;
 use crate::service::store::{AssetRow, Cancelling, JobFilter, JobRow, NewAsset, NewJob, Store, assets, jobs};
-use crate::service::wire::{InputBody, JobStatus, Problem, ProblemKind, ResolvedSpec, Violation};
+use crate::service::wire::{InputBody, JobStatus, Problem, ProblemKind, SpecDocument, Violation};
 
 /// Jobs that are cancelled or removed in one transaction; others may write between two.
 const BATCH: u32 = 100;
@@ -31,7 +30,7 @@ pub struct Order {
     /// The mesh.
     pub mesh: OrderMesh,
     /// The spec.
-    pub spec: ResolvedSpec,
+    pub spec: SpecDocument,
     /// The client's key.
     pub idempotency_key: Option<String>,
 }
@@ -81,10 +80,10 @@ impl Desk {
         Ok(accepted)
     }
 
-    fn judge(&self, spec: &ResolvedSpec) -> Result<(), Problem> {
+    fn judge(&self, spec: &SpecDocument) -> Result<(), Problem> {
         let longest = self.limits.deadline_s;
-        if spec.options.deadline_s > longest {
-            let message = format!("must be at most {longest} on this server, not {}", spec.options.deadline_s);
+        if spec.deadline_s > longest {
+            let message = format!("must be at most {longest} on this server, not {}", spec.deadline_s);
             return Err(Problem::invalid_spec(vec![Violation::new("/deadline_s", message)]));
         }
         Ok(())
@@ -96,7 +95,7 @@ impl Desk {
             OrderMesh::New(new) => (&new.sha256, Some(&new.blob)),
             OrderMesh::Known(known) => (&known.sha256, None),
         };
-        let fingerprint = hex(&Sha256::digest(format!("{sha256}\n{}", json!(order.spec.request))));
+        let fingerprint = hex(&Sha256::digest(format!("{sha256}\n{}", hex(&order.spec.sha256))));
         let mut tx = self.store.write().await?;
         if let Some(key) = &order.idempotency_key
             && let Some(job) = jobs::by_key(&mut tx, key).await?
@@ -121,11 +120,11 @@ impl Desk {
             }
         };
         let input = InputBody { sha256: asset.sha256, bytes: asset.bytes, name, format, ..InputBody::default() };
-        let (id, number, priority) = (Uuid::now_v7(), Uuid::now_v7(), order.spec.options.priority);
+        let (id, number, priority) = (Uuid::now_v7(), Uuid::now_v7(), order.spec.priority);
         let job = NewJob {
             id,
             ticket: number,
-            spec: order.spec.request,
+            spec: order.spec,
             asset_id: asset.id,
             input,
             idempotency_key: order.idempotency_key,

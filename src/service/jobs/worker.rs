@@ -10,7 +10,7 @@ use crate::engine::run::{RunContext, StopReason};
 use crate::service::config::JobsConfig;
 use crate::service::jobs::patience::patiently;
 use crate::service::jobs::recorder::{self, Recorder};
-use crate::service::jobs::{Driver, EnginePool, Handler, InputFile, Live, Products, Ticket, TicketQueue};
+use crate::service::jobs::{Driver, EnginePool, Handler, InputFile, Live, Products, Ticket, TicketQueue, beside};
 use crate::service::store::{AssetRow, Claim, JobRow, Store, StoreError};
 use crate::service::wire::{Problem, ProblemKind, ResolvedSpec};
 
@@ -47,7 +47,7 @@ impl<Q: TicketQueue + 'static> Handler for Worker<Q> {
             return Ok(());
         };
         self.live.ring(job.id);
-        let span = tracing::info_span!("job", job.id = %job.id, attempt = job.attempt, method = job.spec.method.name());
+        let span = tracing::info_span!("job", job.id = %job.id, attempt = job.attempt, method = job.method);
         let result = async {
             match self.attempt(&mut job).await {
                 Err(error) if error.is_of_storage() => self.wait(&job, &error).await,
@@ -77,11 +77,11 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
     }
 
     async fn run(&self, job: &mut JobRow) -> Result<Result<Products, Problem>, StoreError> {
-        let spec = match serde_json::to_value(&job.spec).map(ResolvedSpec::from_value) {
-            Ok(Ok(spec)) => spec,
+        let text = self.store.spec(job.id).await?.unwrap_or_default();
+        let spec = match beside(move || ResolvedSpec::from_json(text.as_bytes())).await {
+            Ok(spec) => spec,
             // Accepted by an older version.
-            Ok(Err(violations)) => return Ok(Err(Problem::invalid_spec(violations))),
-            Err(_) => return Ok(Err(Problem::internal())),
+            Err(problem) => return Ok(Err(problem)),
         };
         let Some(asset) = self.store.asset(job.asset_id).await? else {
             return Ok(Err(Problem::new(ProblemKind::NotFound, "The mesh of this job is gone.")));

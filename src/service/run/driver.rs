@@ -1,7 +1,5 @@
 //! The run as a worker sees it: an upload in, all files of a job out.
 
-use std::time::Duration;
-
 use crate::engine::run::RunContext;
 use crate::service::formats::{Alone, Format, MapFormat, QuadFormat, ReadError, ReadLimits, read_quads, read_soup};
 use crate::service::jobs::{Driver, InputFile, Inspection, Made, Products};
@@ -36,8 +34,7 @@ impl Driver for EngineDriver {
         // PLY first: it is the file that is certified, and it holds all digits.
         let quads = vec![QuadFormat::Ply, QuadFormat::Obj, QuadFormat::Glb, QuadFormat::Usda];
         let wanted = Wanted { quads, map: MapFormat::ALL.to_vec(), preview: None };
-        let deadline = Duration::from_secs_f64(spec.options.deadline_s);
-        let made = execute(context, &input, &spec.spec, &wanted, deadline)?;
+        let made = execute(context, &input, spec, &wanted)?;
         let quads = made.quads.into_iter().map(|(format, bytes)| {
             let name = match format {
                 QuadFormat::Obj => "quad-mesh.obj",

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::engine::certify::certify;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::pipeline::{Outcome, RemeshSpec, Size, plan_of_run, remesh};
+use crate::engine::pipeline::{Outcome, Size, plan_of_run, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage, StopReason, Warning, WarningKind};
 use crate::service::config::LimitsConfig;
@@ -14,10 +14,11 @@ use crate::service::formats::{
     write_model,
 };
 use crate::service::preview::preview_png;
+use crate::service::run::accept::judge;
 use crate::service::run::deadline::Deadline;
 use crate::service::run::memory::peak_bytes;
 use crate::service::run::stage_clock::StageClock;
-use crate::service::wire::{Problem, ProblemKind, ReportBody, WarningBody, problem_of_fault};
+use crate::service::wire::{Problem, ProblemKind, ReportBody, ResolvedSpec, WarningBody, problem_of_fault};
 
 /// Bytes of a file per triangle, about: for the progress of reading it.
 const BYTES_OF_A_TRIANGLE: f64 = 40.0;
@@ -83,13 +84,12 @@ pub fn read_limits(limits: &LimitsConfig) -> ReadLimits {
 pub fn execute(
     context: &RunContext,
     input: &Input<'_>,
-    spec: &RemeshSpec,
+    spec: &ResolvedSpec,
     wanted: &Wanted,
-    deadline: Duration,
 ) -> Result<Products, Problem> {
     let clock = StageClock::default();
-    let ctx = context.also(spec.seed, clock.clone());
-    let timer = Deadline::start(ctx.clone(), deadline);
+    let ctx = context.also(spec.spec.seed, clock.clone());
+    let timer = Deadline::start(ctx.clone(), Duration::from_secs_f64(spec.options.deadline_s));
     let start = Instant::now();
     let outcome = catch_unwind(AssertUnwindSafe(|| steps(&ctx, input, spec, wanted)));
     drop(timer);
@@ -104,15 +104,15 @@ pub fn execute(
     Ok(products)
 }
 
-fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted) -> Result<Products, Problem> {
+fn steps(ctx: &RunContext, input: &Input<'_>, spec: &ResolvedSpec, wanted: &Wanted) -> Result<Products, Problem> {
     let files = wanted.n_files();
     let guess = input.bytes.len() as f64 / BYTES_OF_A_TRIANGLE;
-    let ctx = &ctx.planned(plan_of_run(&Size::of(guess, spec), files));
+    let ctx = &ctx.planned(plan_of_run(&Size::of(guess, &spec.spec), files));
     let Model { soup, scene, warnings } = ctx.stage(Stage::Read, |_| {
         read_model(input.bytes, input.format, input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
-    let ctx = &ctx.planned(plan_of_run(&Size::of(soup.n_polygons() as f64, spec), files));
-    let mut outcome = remesh(&ctx.stages(Stage::Condition, Stage::Certify), &soup, spec)
+    let ctx = &ctx.planned(plan_of_run(&Size::of(soup.n_polygons() as f64, &spec.spec), files));
+    let mut outcome = remesh(&ctx.stages(Stage::Condition, Stage::Certify), &soup, &spec.spec)
         .map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
     drop(soup);
     outcome.report.warnings.extend(warnings);
@@ -122,6 +122,7 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &RemeshSpec, wanted: &Wanted
         return Err(Problem::stopped(reason));
     }
     let ctx = &ctx.late();
+    judge(&ReportBody::of(&outcome.report), spec)?;
     ctx.stage(Stage::Write, |ctx| write(ctx, outcome, &scene, wanted))
 }
 

@@ -3,6 +3,7 @@
 //! Read → engine → write → read again → certificate → report. The engine has no clock: the deadline is a timer thread
 //! that stops the run, and the seconds of every stage are taken by an observer.
 
+mod accept;
 mod check;
 mod deadline;
 mod driver;

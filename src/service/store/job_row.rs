@@ -6,7 +6,7 @@ use sqlx::sqlite::SqliteRow;
 use uuid::Uuid;
 
 use crate::service::store::{Artefacts, StoreError};
-use crate::service::wire::{InputBody, JobStatus, ProblemBody, RemeshRequest, ResultBody};
+use crate::service::wire::{InputBody, JobStatus, ProblemBody, ResultBody, SpecDocument, SpecSummary};
 
 /// What must be known to accept a job.
 #[derive(Clone, Debug)]
@@ -15,8 +15,8 @@ pub struct NewJob {
     pub id: Uuid,
     /// The ticket that may start the job.
     pub ticket: Uuid,
-    /// The spec with all defaults filled in.
-    pub spec: RemeshRequest,
+    /// The spec.
+    pub spec: SpecDocument,
     /// The mesh.
     pub asset_id: Uuid,
     /// What is known of the mesh.
@@ -50,8 +50,12 @@ pub struct JobRow {
     pub cancel_requested: bool,
     /// Higher runs earlier.
     pub priority: i32,
-    /// The spec with all defaults filled in.
-    pub spec: RemeshRequest,
+    /// Name of the method.
+    pub method: String,
+    /// The spec in short; see [`Store::spec`](crate::service::store::Store::spec) for the whole of it.
+    pub spec: SpecSummary,
+    /// Labels.
+    pub tags: Vec<String>,
     /// The mesh.
     pub asset_id: Uuid,
     /// What is known of the mesh.
@@ -96,7 +100,9 @@ impl JobRow {
             faulty_since: row.try_get("faulty_since")?,
             cancel_requested: row.try_get("cancel_requested")?,
             priority: row.try_get("priority")?,
+            method: row.try_get("method")?,
             spec: json(row, &id, "spec")?,
+            tags: json(row, &id, "tags")?,
             asset_id: uuid_of(row.try_get("asset_id")?).ok_or_else(|| damaged("asset_id", "not a UUID".to_owned()))?,
             input: json(row, &id, "input")?,
             result: optional_json(row, &id, "result")?,

@@ -85,6 +85,12 @@ impl Store {
         row.as_ref().map(JobRow::read).transpose()
     }
 
+    /// The whole spec of the job `id` as JSON.
+    pub async fn spec(&self, id: Uuid) -> Result<Option<String>, StoreError> {
+        let spec = sqlx::query_scalar("SELECT spec FROM remesh_specs WHERE job_id = ?").bind(id.to_string());
+        Ok(spec.fetch_optional(self.pool()).await?)
+    }
+
     /// Starts the job if `ticket` is the one that may.
     pub async fn claim(&self, id: Uuid, ticket: Uuid) -> Result<Claim, StoreError> {
         let mut tx = self.write().await?;
@@ -224,8 +230,8 @@ pub(in crate::service) async fn insert(connection: &mut SqliteConnection, job: &
     .bind(job.id.to_string())
     .bind(job.ticket.to_string())
     .bind(job.spec.priority)
-    .bind(job.spec.method.name())
-    .bind(json!(job.spec).to_string())
+    .bind(job.spec.method)
+    .bind(json!(job.spec.summary).to_string())
     .bind(json!(job.spec.tags).to_string())
     .bind(job.asset_id.to_string())
     .bind(json!(job.input).to_string())
@@ -234,6 +240,11 @@ pub(in crate::service) async fn insert(connection: &mut SqliteConnection, job: &
     .bind(now_ms())
     .execute(&mut *connection)
     .await?;
+    sqlx::query("INSERT INTO remesh_specs (job_id, spec) VALUES (?, ?)")
+        .bind(job.id.to_string())
+        .bind(&job.spec.text)
+        .execute(&mut *connection)
+        .await?;
     for tag in &job.spec.tags {
         sqlx::query("INSERT OR IGNORE INTO remesh_tags (tag, job_id) VALUES (?, ?)")
             .bind(tag)

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::service::wire::warning::code_schema;
-use crate::service::wire::{LevelName, ProblemBody, RemeshRequest, ReportBody, WarningBody};
+use crate::service::wire::{LevelName, ProblemBody, ReportBody, SpecSummary, WarningBody};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -112,6 +112,8 @@ pub struct Urls {
     /// The job.
     #[serde(rename = "self")]
     pub self_: String,
+    /// The whole spec.
+    pub spec: String,
     /// Its events.
     pub events: String,
     /// POST here to cancel.
@@ -135,6 +137,7 @@ impl Urls {
     pub fn of(id: &str) -> Self {
         let job = format!("/v1/jobs/{id}");
         Self {
+            spec: format!("{job}/spec"),
             events: format!("{job}/events"),
             cancel: format!("{job}/cancel"),
             quad_mesh: format!("{job}/quad-mesh"),
@@ -178,8 +181,8 @@ pub struct JobBody {
     /// RFC 3339; after it the job and its files are removed.
     #[schema(format = DateTime)]
     pub expires_at: Option<String>,
-    /// The spec with all defaults filled in.
-    pub spec: RemeshRequest,
+    /// The spec with all defaults filled in; long lists are given by their length.
+    pub spec: SpecSummary,
     /// The uploaded mesh.
     pub input: InputBody,
     /// The result, once there is one.

@@ -9,19 +9,18 @@ mod job;
 mod problem;
 mod report;
 mod spec;
-mod spec_types;
 mod warning;
 
 pub(in crate::service) use fields::Fields;
 pub use job::{InputBody, JobBody, JobList, JobStatus, ResultBody, Urls};
-pub use problem::{Problem, ProblemBody, ProblemKind, Violation, problem_of_fault};
+pub use problem::{Figures, Problem, ProblemBody, ProblemKind, Violation, problem_of_fault};
 pub use report::{
     FeaturesReportBody, InputReportBody, LevelName, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody,
     Spread,
 };
-pub use spec::{JobOptions, RemeshRequest, ResolvedSpec};
-pub use spec_types::{
-    AlignName, AttributeName, BoundaryName, FeaturesBody, MethodName, NonOrientable, OptimiseName, OutputName,
-    SymmetryAxis, TargetBody, WorkingMeshName,
+pub use spec::{
+    Accept, Axis, Choice, JobOptions, MethodName, Named, Output, ResolvedSpec, SPEC_BYTES, SpecDocument, SpecSummary,
+    SpecTable, SymmetryAxis,
 };
+pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText};
 pub use warning::WarningBody;

@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use crate::engine::run::{Blame, Cancelled, Fault, Stage, StopReason};
 use crate::service::formats::ReadError;
+use crate::service::wire::LevelName;
 
 /// Most offending elements that a problem lists.
 const MAX_ELEMENTS: usize = 20;
@@ -75,8 +76,10 @@ problems! { // slug, status, exit code, title
     NotFound = ("not-found", 404, 2, "There is no such thing here");
     /// The route exists, the method does not.
     MethodNotAllowed = ("method-not-allowed", 405, 2, "The method is not allowed here");
-    /// None of the accepted formats can be produced.
-    NotAcceptable = ("not-acceptable", 406, 2, "None of the accepted formats can be produced");
+    /// The result misses what the spec's `accept` asks for; `figures` say by how much.
+    NotAcceptable = ("not-acceptable", 422, 4, "The result is not acceptable");
+    /// None of the formats in `Accept` can be produced.
+    FormatNotOffered = ("format-not-offered", 406, 2, "None of the accepted formats can be produced");
     /// A page of another origin wants to change something.
     ForeignOrigin = ("foreign-origin", 403, 2, "Pages of this origin may not do this");
     /// The request names a host that is not this server.
@@ -127,16 +130,10 @@ impl Violation {
     pub fn new(pointer: impl Into<String>, message: impl Into<String>) -> Self {
         Self { pointer: pointer.into(), message: message.into() }
     }
-
-    /// The same, for a document that lies at `prefix` of a larger one.
-    pub fn under(mut self, prefix: &str) -> Self {
-        self.pointer.insert_str(0, prefix);
-        self
-    }
 }
 
 /// One occurrence of a problem.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// Its kind.
     pub kind: ProblemKind,
@@ -150,18 +147,28 @@ pub struct Problem {
     pub errors: Vec<Violation>,
     /// Seconds after which a new try makes sense.
     pub retry_after: Option<u32>,
+    /// The figures of a result that is not acceptable.
+    pub figures: Option<Figures>,
 }
 
 impl Problem {
     /// A problem with a detail and nothing else.
     pub fn new(kind: ProblemKind, detail: impl Into<String>) -> Self {
         let detail = detail.into();
-        Self { kind, detail, stage: None, elements: Vec::new(), errors: Vec::new(), retry_after: None }
+        Self { kind, detail, stage: None, elements: Vec::new(), errors: Vec::new(), retry_after: None, figures: None }
     }
 
     /// The same at a stage.
     pub fn at(mut self, stage: Stage) -> Self {
         self.stage = Some(stage.name());
+        self
+    }
+
+    /// The same for a document that lies at `prefix` of a larger one.
+    pub fn under(mut self, prefix: &str) -> Self {
+        for violation in &mut self.errors {
+            violation.pointer.insert_str(0, prefix);
+        }
         self
     }
 
@@ -194,6 +201,7 @@ impl Problem {
             elements: self.elements.clone(),
             errors: self.errors.clone(),
             retry_after: self.retry_after,
+            figures: self.figures,
         }
     }
 }
@@ -263,7 +271,7 @@ fn sentence(message: &str) -> String {
 }
 
 /// `application/problem+json` (RFC 9457).
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(example = json!({
     "type": "urn:quadrille:problem:invalid-spec", "title": "The spec cannot be used", "status": 422,
     "detail": "target.quads: must be from 1 to 10000000.",
@@ -294,6 +302,25 @@ pub struct ProblemBody {
     /// Seconds after which a new try makes sense.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retry_after: Option<u32>,
+    /// The figures of a result that is not acceptable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub figures: Option<Figures>,
+}
+
+/// What a result reached, told when it misses what `accept` asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Figures {
+    /// The worst level of the components.
+    pub level: LevelName,
+    /// Quads.
+    pub quads: u64,
+    /// Quads that were asked for; null where an edge length was.
+    pub wanted: Option<u64>,
+    /// How far `quads` is from `wanted`, as a share of it.
+    pub count_error: Option<f64>,
+    /// Largest distance between quads and surface, as a share of the diagonal of the bounding box.
+    pub distance: f64,
 }
 
 #[cfg(test)]

@@ -3,14 +3,16 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use utoipa::ToSchema;
+use utoipa::openapi::{RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
 
 use crate::engine::pipeline::{FeatureReport, InputReport, Level, MapReport, QuadReport, Report, RunFindings};
-use crate::service::wire::{SymmetryAxis, WarningBody};
+use crate::service::wire::spec::choice::{Choice, choice_schema};
+use crate::service::wire::{Axis, Named, SymmetryAxis, WarningBody};
 
-/// Where quads came from: L0 field and map, L1 seamless map, L2 layout, L3 quad-dominant remesh, L4 split triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
-#[expect(missing_docs, reason = "the line above says what each means")]
+/// Where quads come from; the names and what they mean are in `wire/spec/names.rs`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the line above says where each is explained")]
 pub enum LevelName {
     L0,
     L1,
@@ -22,9 +24,17 @@ pub enum LevelName {
 impl LevelName {
     /// As in JSON.
     pub fn name(self) -> &'static str {
-        ["L0", "L1", "L2", "L3", "L4"][self as usize]
+        Choice::name(self)
     }
 }
+
+impl PartialSchema for LevelName {
+    fn schema() -> RefOr<Schema> {
+        choice_schema::<Self>()
+    }
+}
+
+impl ToSchema for LevelName {}
 
 impl From<Level> for LevelName {
     fn from(level: Level) -> Self {
@@ -225,7 +235,7 @@ impl ReportBody {
     pub fn findings(&self) -> RunFindings {
         RunFindings {
             edge_length: self.edge_length,
-            symmetry: self.symmetry.iter().map(|&axis| axis as usize).collect(),
+            symmetry: self.symmetry.iter().map(|axis| axis.0 as usize).collect(),
             given_up: self.features.given_up.iter().copied().map(DVec3::from_array).collect(),
         }
     }
@@ -241,7 +251,7 @@ impl ReportBody {
             input: (&report.input).into(),
             edge_length: report.edge_length,
             features: (&report.features).into(),
-            symmetry: report.symmetry.iter().filter_map(|&axis| SymmetryAxis::of_index(axis)).collect(),
+            symmetry: report.symmetry.iter().filter_map(|&axis| Axis::of_index(axis)).map(Named).collect(),
             quads: (&report.quads).into(),
             map: report.map.as_ref().map(MapBody::from),
             timings_ms: Map::new(),

@@ -37,8 +37,7 @@ pub enum ConditionError {
     },
     /// A component has only one side, like a Möbius strip.
     #[error(
-        "component {component} is not orientable: it has only one side; cut it open, or allow the cut with the option \
-         cut_non_orientable"
+        "component {component} is not orientable: it has only one side; cut it open, or allow the cut (non_orientable)"
     )]
     NonOrientable {
         /// The component, counted in order of first faces.

@@ -1,0 +1,205 @@
+//! Specs that are read, refused and written.
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use super::*;
+use crate::engine::pipeline::Preserve;
+
+fn resolve(spec: &Value) -> Result<ResolvedSpec, Vec<Violation>> {
+    ResolvedSpec::from_json(spec.to_string().as_bytes()).map_err(|problem| problem.errors)
+}
+
+fn pointers(spec: Value) -> Vec<String> {
+    let mut found: Vec<_> = resolve(&spec).expect_err("must be refused").into_iter().map(|v| v.pointer).collect();
+    found.sort();
+    found
+}
+
+#[test]
+fn an_empty_spec_is_the_engines_default() {
+    for text in ["", " \n", "{}", "null", r#"{"features": null, "seed": null, "accept": {}}"#] {
+        let resolved = ResolvedSpec::from_json(text.as_bytes()).unwrap();
+        assert_eq!(resolved.spec, RemeshSpec::default());
+        assert_eq!(resolved, ResolvedSpec::default());
+    }
+}
+
+#[test]
+fn all_violations_are_reported_at_once() {
+    let spec = json!({
+        "target": {"quads": 0}, "smoothing": 2, "colour": 1, "features": {"angle": -1, "corner": true},
+        "seed": "x", "tags": ["", "good", "x".repeat(65)], "method": "harmonic", "symmetry": ["w"],
+        "strokes": [[[0, 0, 0]]], "accept": {"level": "L7", "count": -1}, "params": {}, "field": {}
+    });
+    let expected = [
+        "/accept/count",
+        "/accept/level",
+        "/colour",
+        "/features/angle",
+        "/features/corner",
+        "/field",
+        "/method",
+        "/params",
+        "/seed",
+        "/smoothing",
+        "/strokes/0",
+        "/symmetry",
+        "/tags/0",
+        "/tags/2",
+        "/target/quads",
+    ];
+    assert_eq!(pointers(spec), expected);
+}
+
+#[test]
+fn what_comes_twice_is_refused() {
+    let cases = [
+        (r#"{"seed": 1, "seed": 1}"#, "/seed"),
+        (r#"{"seed": 1, "s\u0065ed": 1}"#, "/seed"),
+        (r#"{"features": {"angle": 1, "angle": 2}}"#, "/features/angle"),
+        (r#"{"target": {"quads": 1, "quads": 2}}"#, "/target/quads"),
+        (r#"{"accept": {}, "accept": {}}"#, "/accept"),
+    ];
+    for (text, pointer) in cases {
+        let violations = ResolvedSpec::from_json(text.as_bytes()).unwrap_err().errors;
+        assert_eq!(violations.iter().map(|v| v.pointer.as_str()).collect::<Vec<_>>(), [pointer], "{text}");
+    }
+}
+
+#[test]
+fn what_this_version_cannot_do_is_refused_by_name() {
+    let cases = [("output", json!("dominant")), ("webhook", json!("http://127.0.0.1/")), ("method", json!("layout"))];
+    for (field, value) in cases {
+        let violations = resolve(&json!({ field: value })).unwrap_err();
+        assert_eq!(violations.len(), 1);
+        assert_eq!(violations[0].pointer, format!("/{field}"));
+        assert!(violations[0].message.contains("not available in this version"), "{}", violations[0].message);
+    }
+}
+
+#[test]
+fn sizes_strokes_and_symmetry_reach_the_engine() {
+    let strokes = json!([[[0, 0, 0], [1, 0, 0.5]]]);
+    let spec = json!({"adaptive_size": 40, "density_from_vertex_colour": true, "strokes": strokes});
+    let spec = resolve(&spec).unwrap().spec;
+    assert_eq!((spec.adaptive_size, spec.density_from_vertex_colour), (40.0, true));
+    assert_eq!(spec.strokes, [[DVec3::ZERO, DVec3::new(1.0, 0.0, 0.5)]]);
+    let spec = resolve(&json!({"symmetry": ["z", "x", "z"]})).unwrap().spec;
+    assert_eq!(spec.symmetry, [0, 2]);
+    for size in [-1.0, 100.5] {
+        assert_eq!(pointers(json!({ "adaptive_size": size })), ["/adaptive_size"]);
+    }
+}
+
+#[test]
+fn a_free_boundary_cannot_be_a_cut_of_symmetry() {
+    assert_eq!(resolve(&json!({"boundary": "free"})).unwrap().spec.boundary, Boundary::Free);
+    assert_eq!(pointers(json!({"boundary": "free", "symmetry": ["x"]})), ["/boundary"]);
+}
+
+#[test]
+fn a_share_of_the_count_needs_a_count() {
+    let accept = json!({"level": "L1", "count": 0.1, "distance": 0.01});
+    let accepted = resolve(&json!({ "accept": accept })).unwrap().accept;
+    assert_eq!(accepted, Accept { level: Some(LevelName::L1), count: Some(0.1), distance: Some(0.01) });
+    assert_eq!(pointers(json!({"accept": accept, "target": {"edge_length": 1}})), ["/accept/count"]);
+}
+
+#[test]
+fn every_attribute_is_carried_unless_some_are_named() {
+    let preserve = |spec: Value| resolve(&spec).unwrap().spec.preserve;
+    let none = Preserve { materials: false, vertex_colours: false, uv: false, skin: false };
+    assert_eq!(preserve(json!({})), Preserve::default());
+    let all = json!({"preserve": ["uv", "skin", "materials", "vertex_colours", "uv"]});
+    assert_eq!(preserve(all), Preserve::default());
+    assert_eq!(preserve(json!({"preserve": []})), none);
+    assert_eq!(preserve(json!({"preserve": ["vertex_colours"]})), Preserve { vertex_colours: true, ..none });
+}
+
+#[test]
+fn absurd_targets_are_refused() {
+    let targets = [
+        json!({"quads": 0}),
+        json!({"quads": 1_000_000_000}),
+        json!({"quads": -1}),
+        json!({"quads": 2.5}),
+        json!(7),
+        json!({}),
+        json!({"quads": 1, "edge_length": 1}),
+        json!({"edges": 1}),
+    ];
+    for target in targets {
+        assert!(!pointers(json!({ "target": target })).is_empty(), "{target}");
+    }
+    for length in [0.0, -1.0] {
+        assert_eq!(pointers(json!({"target": {"edge_length": length}})), ["/target/edge_length"]);
+    }
+}
+
+#[test]
+fn the_filled_in_spec_resolves_to_itself() {
+    let spec = json!({
+        "target": {"edge_length": 0.5}, "features": {"edges": [[0, 1]]}, "tags": ["a"], "seed": 7, "symmetry": ["y"],
+        "strokes": [[[0, 0, 0], [1, 2, 3]]], "accept": {"level": "L2"}, "preserve": ["uv"], "non_orientable": "cut"
+    });
+    let first = resolve(&spec).unwrap();
+    let document = SpecDocument::of(&first).unwrap();
+    assert_eq!(ResolvedSpec::from_json(document.text.as_bytes()).unwrap(), first);
+    assert_eq!(first.spec.target, Target::EdgeLength(0.5));
+    let written: Value = serde_json::from_str(&document.text).unwrap();
+    for (name, value) in spec.as_object().unwrap() {
+        if !matches!(name.as_str(), "features" | "accept" | "strokes") {
+            assert_eq!(&written[name], value, "{name}");
+        }
+    }
+    let summary = serde_json::to_value(&document.summary).unwrap();
+    assert_eq!((&summary["features"]["edges"], &summary["strokes"]), (&json!({"count": 1}), &json!({"count": 1})));
+    assert_eq!((&summary["features"]["angle"], &summary["seed"]), (&json!(40.0), &json!(7)));
+}
+
+#[test]
+fn only_edges_and_strokes_make_a_spec_longer_than_a_mebibyte() {
+    let edges = |n: usize| format!("[{}]", vec!["[0,1]"; n].join(","));
+    let with = |edges: &str| ResolvedSpec::from_json(format!("{{\"features\": {{\"edges\": {edges}}}}}").as_bytes());
+    assert_eq!(with(&edges(1_000_000)).unwrap().spec.features.edges.len(), 1_000_000);
+    assert_eq!(with(&edges(1_000_001)).unwrap_err().errors[0].pointer, "/features/edges");
+    assert!(with(&" ".repeat(17 << 20)).is_err());
+    let tags = format!("{{\"tags\": [{}]}}", vec!["[0]"; 1 << 20].join(","));
+    let misplaced = format!("{{\"edges\": {}}}", edges(1 << 20));
+    for text in [tags, misplaced, " ".repeat((1 << 20) + 1) + "{}", "[".repeat(2 << 20)] {
+        let problem = ResolvedSpec::from_json(text.as_bytes()).unwrap_err();
+        let told: usize = problem.errors.iter().map(|v| v.pointer.len() + v.message.len()).sum();
+        assert!(!problem.errors.is_empty() && told < 10_000);
+    }
+}
+
+#[test]
+fn strokes_have_a_limit_in_all() {
+    let stroke = format!("[{}]", vec!["[0,0,0]"; 50_001].join(","));
+    let text = format!("{{\"strokes\": [{stroke},{stroke}]}}");
+    assert_eq!(ResolvedSpec::from_json(text.as_bytes()).unwrap_err().errors[0].pointer, "/strokes");
+    let text = format!("{{\"strokes\": [{}]}}", vec!["[]"; 100_000].join(","));
+    assert_eq!(ResolvedSpec::from_json(text.as_bytes()).unwrap_err().errors[0].pointer, "/strokes");
+}
+
+#[test]
+fn fields_of_a_group_stand_together_and_names_are_unique() {
+    let groups: Vec<_> = FIELDS.iter().map(|field| field.path().0).collect();
+    for group in table::GROUPS {
+        let place = |found: Option<usize>| found.expect("a group has fields");
+        let first = place(groups.iter().position(|own| *own == Some(group.name)));
+        let last = place(groups.iter().rposition(|own| *own == Some(group.name)));
+        assert!(groups[first..=last].iter().all(|own| *own == Some(group.name)), "{}", group.name);
+    }
+    let mut names: Vec<_> = FIELDS.iter().map(|field| field.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), FIELDS.len());
+}
+
+#[test]
+fn the_readme_has_the_table() {
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap();
+    assert!(readme.contains(&SpecTable.to_string()), "put what `quadrille spec` prints into the README");
+}
