@@ -124,10 +124,10 @@ pub(super) mod tests {
             let bytes = write_quads(&mesh, &QuadAttributes::default(), format);
             assert_eq!(read_quads(&bytes, format).unwrap(), mesh, "{format:?}");
             assert_eq!(bytes, write_quads(&mesh, &QuadAttributes::default(), format));
-            // What single precision holds is shorter by a fifth and comes back the same.
+            // What single precision holds is shorter by a tenth at least and comes back the same.
             let short = write_quads(&single, &QuadAttributes::default(), format);
             assert_eq!(read_quads(&short, format).unwrap(), single, "{format:?}");
-            assert!(5 * short.len() < 4 * bytes.len(), "{format:?}: {} of {}", short.len(), bytes.len());
+            assert!(10 * short.len() < 9 * bytes.len(), "{format:?}: {} of {}", short.len(), bytes.len());
         }
     }
 
