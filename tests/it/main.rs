@@ -27,4 +27,6 @@ mod server;
 mod several;
 mod specs;
 mod storage;
+#[path = "../properties/topology.rs"]
+mod topology;
 mod typical_failures;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use quadrille::engine::mesh::TriangleSoup;
@@ -13,6 +14,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::meshes::{obj, surface};
+use crate::topology::topology;
 
 /// What `quadrille remesh` made of a file.
 struct Run {
@@ -178,7 +180,11 @@ fn no_6_what_a_header_claims_costs_no_memory() {
 
 #[test]
 fn no_7_a_deadline_ends_the_run() {
-    let run = Run::of(&surface("genus5", 60_000), &["--target-quads", "60000", "--deadline", "2"]);
+    let model = surface("genus5", 60_000);
+    let begun = Instant::now();
+    let run = Run::of(&model, &["--target-quads", "60000", "--deadline", "2"]);
+    // With room for a machine that does other things as well; without the deadline it would be minutes.
+    assert!(begun.elapsed() < Duration::from_secs(15), "{:?}", begun.elapsed());
     if run.code() == 0 {
         run.success();
     } else {
@@ -189,12 +195,11 @@ fn no_7_a_deadline_ends_the_run() {
 
 #[test]
 fn no_8_coarse_targets_leave_no_holes() {
-    for name in ["gear", "plate_with_holes", "genus5"] {
-        let (report, _) = Run::of(&surface(name, 3000), &["--target-quads", "60"]).success();
-        assert!(
-            report["quads"]["genus"].as_u64() > Some(1) || report["quads"]["boundaries"].as_u64() > Some(1),
-            "{name}"
-        );
+    for (name, genus) in [("gear", 7), ("plate_with_holes", 6), ("genus5", 5)] {
+        let (_, quads) = Run::of(&surface(name, 3000), &["--target-quads", "60"]).success();
+        assert_eq!(topology(&quads.quads), Ok((2 - 2 * genus, 0)), "{name}");
+        // Coarse: a few quads per handle.
+        assert!(quads.quads.len() < 1000, "{name}: {}", quads.quads.len());
     }
 }
 
@@ -210,7 +215,7 @@ fn no_9_nothing_is_folded() {
 #[test]
 fn no_10_thin_limbs_stay() {
     for name in ["dumbbell", "trefoil"] {
-        let mut soup = surface(name, 4000);
+        let mut soup = surface(name, 3000);
         soup.positions.iter_mut().for_each(|p| p.x *= 3.0);
         // Stretching makes sharp edges of the trefoil; at this count most are given up, at the price of some distance.
         for (angle, most) in [("180", 0.03), ("40", 0.035)] {
@@ -223,8 +228,12 @@ fn no_10_thin_limbs_stay() {
 
 #[test]
 fn no_11_the_count_is_the_one_asked_for() {
-    for (target, off) in [("200", 0.1), ("800", 0.05), ("3000", 0.05)] {
-        for name in ["torus", "rounded_box", "half_pipe"] {
+    for (target, off, names) in [
+        ("200", 0.1, &["torus", "rounded_box", "half_pipe"][..]),
+        ("800", 0.05, &["torus", "rounded_box", "half_pipe"]),
+        ("3000", 0.05, &["rounded_box"]),
+    ] {
+        for name in names {
             let (report, _) = Run::of(&surface(name, 2500), &["--target-quads", target]).success();
             let wanted: f64 = target.parse().expect("a number");
             assert!((quads_of(&report) / wanted - 1.0).abs() <= off, "{name} {target}: {}", quads_of(&report));
@@ -234,9 +243,9 @@ fn no_11_the_count_is_the_one_asked_for() {
 
 #[test]
 fn no_12_many_sharp_edges_do_not_stop_it() {
-    for angle in ["5", "20", "180"] {
+    for (angle, target) in [("5", "800"), ("20", "2500"), ("180", "800")] {
         let (report, _) =
-            Run::of(&surface("gear", 4000), &["--target-quads", "2500", "--feature-angle", angle]).success();
+            Run::of(&surface("gear", 4000), &["--target-quads", target, "--feature-angle", angle]).success();
         assert_eq!(report["input"]["feature_edges"].as_u64() == Some(0), angle == "180");
         if angle == "20" {
             assert!(
@@ -248,12 +257,24 @@ fn no_12_many_sharp_edges_do_not_stop_it() {
     }
 }
 
+/// Without the faces at the top.
+fn without_lid(soup: &TriangleSoup) -> TriangleSoup {
+    let top = soup.positions.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let is_lid = |polygon: &[u32]| polygon.iter().all(|&v| soup.positions[v as usize].z > top - 1e-9);
+    let mut open = TriangleSoup { positions: soup.positions.clone(), ..TriangleSoup::default() };
+    soup.polygons().filter(|polygon| !is_lid(polygon)).for_each(|polygon| open.push_polygon(polygon));
+    open
+}
+
 #[test]
 fn no_13_open_boundaries_stay_where_they_are() {
-    for name in ["half_pipe", "plate_with_holes"] {
-        let soup = surface(name, 2500);
+    for (name, soup, boundaries) in [
+        ("half_pipe", surface("half_pipe", 2500), 1),
+        ("plate_with_holes", without_lid(&surface("plate_with_holes", 2500)), 7),
+    ] {
         let (report, quads) = Run::of(&soup, &["--target-quads", "600"]).success();
-        assert!(report["input"]["boundaries"].as_u64() > Some(0) || name != "half_pipe");
+        assert_eq!(report["quads"]["boundaries"], boundaries, "{name}");
+        assert_eq!(topology(&quads.quads).map(|(_, loops)| loops), Ok(boundaries), "{name}");
         let sides: BTreeSet<[u32; 2]> =
             quads.quads.iter().flat_map(|q| (0..4).map(|k| [q[k], q[(k + 1) % 4]])).collect();
         let rim = sides.iter().filter(|&&[a, b]| !sides.contains(&[b, a]));

@@ -223,7 +223,7 @@ impl Raw {
         refuse(!(1..=100).contains(&self.missed_heartbeats), "jobs.missed_heartbeats", "must be from 1 to 100");
         refuse(self.storage_patience_s > 604_800, "jobs.storage_patience_s", "must be at most 604800");
         refuse(self.shutdown_grace_s > 3600, "jobs.shutdown_grace_s", "must be at most 3600");
-        let filter = tracing_subscriber::EnvFilter::try_new(&self.filter);
+        let filter = self.filter.parse::<tracing_subscriber::filter::Targets>();
         refuse(filter.is_err(), "log.filter", "must be directives such as info,quadrille=debug");
         Some(Config {
             listen: listen.ok()?,

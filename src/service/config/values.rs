@@ -88,7 +88,7 @@ pub struct JobsConfig {
 /// Logging.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogConfig {
-    /// Directives of `tracing_subscriber::EnvFilter`.
+    /// Directives of `tracing_subscriber::filter::Targets`: a level, or a level per target.
     pub filter: String,
     /// Form of a line.
     pub format: LogFormat,

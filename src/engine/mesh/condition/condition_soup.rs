@@ -82,8 +82,7 @@ pub fn condition(
         twin: partner,
         polygon: triangles.polygon,
     };
-    let mut draft = split_fans(draft, &mut tally);
-    split_double_edges(&mut draft, &mut tally);
+    let mut draft = split_double_edges(split_fans(draft, &mut tally), &mut tally);
     drop_flat_components(&mut draft, &mut tally);
     if draft.faces.is_empty() {
         return Err(ConditionError::ZeroArea { polygons });

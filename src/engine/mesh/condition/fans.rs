@@ -45,13 +45,17 @@ pub(super) fn split_fans(draft: Draft, tally: &mut Tally) -> Draft {
     }
 }
 
+/// Rounds in which double edges are split. Faces whose edges are double after so many halvings lie on each other.
+const SPLIT_ROUNDS: usize = 8;
+
 /// Splits edges at their midpoint until no two edges have the same ends: a fan may meet a cut edge twice. Where the
-/// faces of a split edge lie on each other the new edges double too, hence the rounds; each halves what can coincide.
-pub(super) fn split_double_edges(draft: &mut Draft, tally: &mut Tally) {
-    loop {
-        let doubles = double_edges(draft);
+/// faces of a split edge lie on each other the new edges double too, hence the rounds; the faces that would go on doubling
+/// for ever are dropped.
+pub(super) fn split_double_edges(mut draft: Draft, tally: &mut Tally) -> Draft {
+    for _ in 0..SPLIT_ROUNDS {
+        let doubles = double_edges(&draft);
         if doubles.is_empty() {
-            return;
+            return draft;
         }
         tally.add("double_edges_split", doubles.len());
         // A split gives the side after the split one to a new face; no later split of the round moves it again.
@@ -60,6 +64,22 @@ pub(super) fn split_double_edges(draft: &mut Draft, tally: &mut Tally) {
             let h = renamed.get(&h).copied().unwrap_or(h);
             renamed.extend(draft.split_edge(h));
         }
+    }
+    // Every turn has fewer faces than the last.
+    loop {
+        let doubles = double_edges(&draft);
+        if doubles.is_empty() {
+            return draft;
+        }
+        let mut keep = vec![true; draft.faces.len()];
+        for h in doubles {
+            for side in [h, draft.twin[h as usize]].into_iter().filter(|&side| side != NONE) {
+                keep[side as usize / 3] = false;
+            }
+        }
+        tally.add("double_faces_dropped", keep.iter().filter(|&&k| !k).count());
+        draft.retain(&keep);
+        draft = split_fans(draft, tally);
     }
 }
 
