@@ -11,6 +11,8 @@ use std::time::Duration;
 const EARLIEST: (f64, Duration) = (0.02, Duration::from_millis(500));
 /// Share of the time so far that counts as the last part.
 const LAST_PART: f64 = 0.3;
+/// Weight of the speed of the last part against that of the whole.
+const WEIGHT_OF_LAST: f64 = 0.7;
 /// How soon a new estimate of the end replaces the old one, as a share of the time so far.
 const INERTIA: f64 = 0.1;
 /// Steps of progress that are remembered.
@@ -33,8 +35,7 @@ impl TimeLeft {
             self.past.push_back((now, progress));
             if self.past.len() > REMEMBERED {
                 // Every other one, so that the start is never forgotten.
-                let mut keep = false;
-                self.past.retain(|_| std::mem::replace(&mut keep, !keep));
+                self.past = self.past.iter().copied().step_by(2).collect();
             }
         }
         if progress >= 1.0 {
@@ -46,7 +47,7 @@ impl TimeLeft {
         let from = now * (1.0 - LAST_PART);
         let before = self.past.iter().rev().find(|past| past.0 <= from).copied().unwrap_or_default();
         let (whole, last) = (progress / now, (progress - before.1) / (now - before.0));
-        let speed = (whole * last.max(0.1 * whole)).sqrt();
+        let speed = whole.powf(1.0 - WEIGHT_OF_LAST) * last.max(0.1 * whole).powf(WEIGHT_OF_LAST);
         let end = now + (1.0 - progress) / speed;
         let end = match self.end {
             None => end,

@@ -1,13 +1,13 @@
 //! What the stages cost: the figures behind the shares of progress.
 
 use std::path::Path;
-use std::time::Duration;
 
-use quadrille::engine::pipeline::{RemeshSpec, Target};
+use quadrille::engine::pipeline::Target;
 use quadrille::engine::run::{RunContext, Stage};
 use quadrille::service::config::Config;
 use quadrille::service::formats::{Alone, MapFormat, QuadFormat};
 use quadrille::service::run::{Input, Wanted, execute, read_limits};
+use quadrille::service::wire::ResolvedSpec;
 
 use crate::model::number;
 
@@ -68,12 +68,14 @@ fn names() -> String {
 /// Milliseconds of a run that writes all files, as a worker's does.
 fn measured(model: &Path, quads: u64) -> Result<Run, String> {
     let bytes = std::fs::read(model).map_err(|e| e.to_string())?;
-    let spec = RemeshSpec { target: Target::Quads(quads), ..RemeshSpec::default() };
+    let mut spec = ResolvedSpec::default();
+    spec.spec.target = Target::Quads(quads);
+    spec.options.deadline_s = 3600.0;
     let formats = vec![QuadFormat::Ply, QuadFormat::Obj, QuadFormat::Glb, QuadFormat::Usda];
     let wanted = Wanted { quads: formats, map: MapFormat::ALL.to_vec(), preview: None };
     let limits = read_limits(&Config::defaults().limits);
     let input = Input { bytes: &bytes, format: None, beside: &Alone, limits };
-    let products = execute(&RunContext::silent(), &input, &spec, &wanted, Duration::from_secs(3600));
+    let products = execute(&RunContext::silent(), &input, &spec, &wanted);
     let report = products.map_err(|problem| problem.to_string())?.report;
     let ms = |stage: Stage| report.timings_ms.get(stage.name()).and_then(|ms| ms.as_f64()).unwrap_or_default();
     Ok(Run { triangles: report.input.triangles as f64, quads: quads as f64, ms: Stage::ALL.map(ms) })

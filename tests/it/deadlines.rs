@@ -18,8 +18,8 @@ const HEARD: Duration = Duration::from_secs(4);
 /// Every triangle between `n` points on the moment curve: components by the hundred that run through each other.
 fn complete(n: u32) -> TriangleSoup {
     let at = |i: u32| f64::from(i) / f64::from(n);
-    let mut soup = TriangleSoup::default();
-    soup.positions = (0..n).map(|i| glam::DVec3::new(at(i), at(i).powi(2), at(i).powi(3))).collect();
+    let positions = (0..n).map(|i| glam::DVec3::new(at(i), at(i).powi(2), at(i).powi(3))).collect();
+    let mut soup = TriangleSoup { positions, ..TriangleSoup::default() };
     for a in 0..n {
         for b in a + 1..n {
             (b + 1..n).for_each(|c| soup.push_polygon(&[a, b, c]));

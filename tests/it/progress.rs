@@ -35,7 +35,7 @@ fn progress_is_told_without_long_silence_or_large_jumps() {
     let json = |line: &String| serde_json::from_str::<Value>(line).ok().filter(|line| line["event"] == "progress");
     let steps: Vec<(f64, Value)> = lines.iter().filter_map(|(at, line)| Some((*at, json(line)?))).collect();
     assert!(steps.len() > 10, "{lines:?}");
-    // Twice and more of what was measured on a machine with nothing else to do.
+    // With room above what was seen on a busy machine: 14 points at once, nothing for 2.7 s.
     let (mut before, mut at_before) = (0.0, 0.0);
     for (at, step) in &steps {
         let progress = step["progress"].as_f64().expect("a number");

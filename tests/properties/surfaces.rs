@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::strategy::Union;
 use quadrille::engine::mesh::shapes::sample;
 use quadrille::engine::mesh::{TriMesh, TriangleSoup, next};
-use quadrille::engine::pipeline::{FeatureSpec, Optimise, RemeshSpec, Target, WorkingMesh};
+use quadrille::engine::pipeline::{FeatureSpec, NonOrientable, Optimise, RemeshSpec, Target, WorkingMesh};
 
 use crate::cases::number_of_cases;
 use crate::soups::{place, placement};
@@ -83,7 +83,7 @@ pub(crate) fn spec() -> impl Strategy<Value = RemeshSpec> {
             adaptive_size,
             working_mesh,
             features: FeatureSpec { angle_degrees, ..FeatureSpec::default() },
-            cut_non_orientable: true,
+            non_orientable: NonOrientable::Cut,
             ..RemeshSpec::default()
         },
     )

@@ -181,7 +181,7 @@ fn rounding_costs_what_the_period_matrix_predicts() {
     for name in ["genus2", "dumbbell", "gear", "noisy_blob", "ellipsoid"] {
         let case = case(name, 300.0);
         let (system, _, _) = map(&case);
-        let found = system.rounding_statistics(&RunContext::silent(), case.scale, 40).unwrap();
+        let found = system.rounding_statistics(&RunContext::silent(), case.scale, 60).unwrap();
         let is_near = |found: f64, predicted: f64| (found / predicted - 1.0).abs() < 0.25;
         assert!(is_near(found.direct, found.predicted_direct), "{name}: {found:?}");
         assert!(is_near(found.search, found.predicted_search), "{name}: {found:?}");

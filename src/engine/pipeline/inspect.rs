@@ -6,7 +6,7 @@ use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::remesh::{edge_length, features};
 use crate::engine::pipeline::report::{InputReport, Repairs};
-use crate::engine::pipeline::spec::RemeshSpec;
+use crate::engine::pipeline::spec::{NonOrientable, RemeshSpec};
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
@@ -29,7 +29,7 @@ pub struct Inspection {
 /// [`RemeshError`]: the input is refused, or the run was stopped.
 pub fn inspect(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Result<Inspection, RemeshError> {
     let conditioned = ctx.stage(Stage::Condition, |ctx| {
-        let options = ConditionOptions { cut_non_orientable: spec.cut_non_orientable };
+        let options = ConditionOptions { cut_non_orientable: spec.non_orientable == NonOrientable::Cut };
         condition(ctx, soup, &options).map_err(RemeshError::from)
     })?;
     let edge_length = edge_length(&conditioned, spec)?;

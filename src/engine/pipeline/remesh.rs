@@ -115,7 +115,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     } else {
         QuadAttributes::default()
     };
-    match ctx.stage(Stage::Write, || corner_normals(ctx, &made.quads, &made.feature_edges)) {
+    match ctx.stage(Stage::Write, |ctx| corner_normals(ctx, &made.quads, &made.feature_edges)) {
         Err(Cancelled(StopReason::Deadline)) => {
             let what = "the deadline passed before the quads had normals".to_owned();
             warnings.push(WarningKind::AttributesLost { what }.into());

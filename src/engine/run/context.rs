@@ -97,7 +97,7 @@ impl Observer for Both {
     }
 }
 
-struct Shared {
+pub(super) struct Shared {
     /// The [`StopReason`]s that were given so far, one bit each.
     stop: Arc<AtomicU8>,
     thousandths: AtomicU32,
@@ -108,12 +108,12 @@ struct Shared {
 /// may [`RunContext::stop`] it.
 #[derive(Clone)]
 pub struct RunContext {
-    shared: Arc<Shared>,
+    pub(super) shared: Arc<Shared>,
     pub(super) scope: Arc<Scope>,
     pub(super) plan: Plan,
-    seed: u64,
+    pub(super) seed: u64,
     /// The [`StopReason`]s that stop this part of the run, one bit each.
-    heeds: u8,
+    pub(super) heeds: u8,
 }
 
 impl Debug for RunContext {

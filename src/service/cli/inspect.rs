@@ -89,6 +89,14 @@ fn contents(holds: &ContentsBody) -> Vec<(&'static str, String)> {
     };
     list("objects", &holds.objects);
     list("materials", &holds.materials);
+    if !holds.images.is_empty() {
+        let shown = holds.images.iter().take(MOST_NAMES).map(|image| {
+            format!("{} ({}, {} bytes)", image.name.as_deref().unwrap_or("-"), image.media_type, image.bytes)
+        });
+        let more = if holds.images.len() > MOST_NAMES { ", …" } else { "" };
+        let shown = shown.collect::<Vec<_>>().join(", ");
+        lines.push(("images", format!("{}: {shown}{more}", holds.images.len())));
+    }
     let carried = [
         (holds.uv, "texture coordinates"),
         (holds.normals, "normals"),

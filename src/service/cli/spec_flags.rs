@@ -100,7 +100,15 @@ fn arg(field: &Field, flag: &Flag) -> Arg {
     if choices.is_empty() && kind == FlagText::Number && flag.member.is_none() {
         help += &format!(", {}", field.values.allowed());
     }
-    if let Some(default) = field.default_text().filter(|_| flag.member.is_none()) {
+    let default = field.default_text();
+    let default = match flag.member {
+        None => default,
+        Some(member) => default.and_then(|text| {
+            let value: serde_json::Value = serde_json::from_str(&text).ok()?;
+            value.get(member).map(ToString::to_string)
+        }),
+    };
+    if let Some(default) = default {
         help += &format!(" [default: {default}]");
     }
     let arg = Arg::new(flag.name).long(flag.name).value_name(flag.value).help(help).allow_negative_numbers(true);

@@ -97,7 +97,8 @@ impl Encoding {
         }
     }
 
-    pub(super) fn media_type(self) -> &'static str {
+    /// The registered media type.
+    pub fn media_type(self) -> &'static str {
         match self {
             Self::Png => "image/png",
             Self::Jpeg => "image/jpeg",

@@ -19,7 +19,7 @@ use crate::service::http::json::large_json;
 use crate::service::http::query::Pairs;
 use crate::service::http::view::job_body;
 use crate::service::store::JobFilter;
-use crate::service::wire::{JobList, JobStatus, MethodName, Problem, ProblemKind};
+use crate::service::wire::{Choice, JobList, JobStatus, MethodName, Problem, ProblemKind};
 
 const PAGE: u32 = 50;
 const LONGEST_PAGE: u32 = 200;
@@ -78,7 +78,7 @@ impl FilterQuery {
         };
         Ok(JobFilter {
             statuses: query.status,
-            methods: query.method.iter().map(|method| method.name().to_owned()).collect(),
+            methods: query.method.iter().map(|method| method.0.name().to_owned()).collect(),
             tags: query.tag,
             created_after: query.created_after.map(milliseconds),
             created_before: query.created_before.map(milliseconds),

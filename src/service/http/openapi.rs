@@ -35,14 +35,15 @@ pub(super) struct Frame;
 pub(super) struct FileBytes(Vec<u8>);
 
 use ProblemKind::{
-    AssetInUse, BodyTooLarge, ForeignHost, ForeignOrigin, IdempotencyConflict, Internal, InvalidRequest, InvalidSpec,
-    JobFailed, MeshTooLarge, NoArtefact, NotAcceptable, NotFound, NotReady, QueueFull, RangeNotSatisfiable,
-    ShuttingDown, StorageUnavailable, UnknownFormat, UnreadableMesh, UnsupportedExtension,
+    AssetInUse, BodyTooLarge, ForeignHost, ForeignOrigin, FormatNotOffered, IdempotencyConflict, Internal,
+    InvalidRequest, InvalidSpec, JobFailed, MeshTooLarge, NoArtefact, NotFound, NotReady, QueueFull,
+    RangeNotSatisfiable, RequestTimeout, ShuttingDown, StorageUnavailable, UnknownFormat, UnreadableMesh,
+    UnsupportedExtension,
 };
 
 /// What may be wrong with an upload.
 const UPLOAD: &[ProblemKind] =
-    &[InvalidRequest, BodyTooLarge, MeshTooLarge, UnknownFormat, UnreadableMesh, UnsupportedExtension];
+    &[InvalidRequest, RequestTimeout, BodyTooLarge, MeshTooLarge, UnknownFormat, UnreadableMesh, UnsupportedExtension];
 /// What may be wrong with a wish for a file of a job.
 const FILE: &[ProblemKind] = &[NotFound, NotReady, JobFailed];
 
@@ -56,8 +57,9 @@ const REFUSALS: &[(&str, &[&[ProblemKind]])] = &[
     ("delete_job", &[&[NotFound]]),
     ("cancel_job", &[&[NotFound]]),
     ("job_events", &[&[NotFound]]),
-    ("quad_mesh", &[FILE, &[InvalidRequest, NotAcceptable, RangeNotSatisfiable]]),
-    ("parameterisation", &[FILE, &[NoArtefact, InvalidRequest, NotAcceptable, RangeNotSatisfiable]]),
+    ("job_spec", &[&[NotFound]]),
+    ("quad_mesh", &[FILE, &[InvalidRequest, FormatNotOffered, RangeNotSatisfiable]]),
+    ("parameterisation", &[FILE, &[NoArtefact, InvalidRequest, FormatNotOffered, RangeNotSatisfiable]]),
     ("report", &[FILE, &[RangeNotSatisfiable]]),
     ("preview", &[FILE, &[InvalidRequest, RangeNotSatisfiable]]),
     ("archive", &[FILE]),

@@ -32,7 +32,7 @@ impl EnginePool {
     }
 
     /// Does the work of one run on a pool. A panic is a bug of ours for this one call. A run that was stopped for good
-    /// (not by its deadline alone) ends within [`PATIENCE`], whether its work has noticed or not.
+    /// (not by its deadline alone) ends within 0.3 s, whether its work has noticed or not.
     pub async fn run<T: Send + 'static>(
         self,
         context: &RunContext,

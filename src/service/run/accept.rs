@@ -26,7 +26,10 @@ pub(super) fn judge(report: &ReportBody, spec: &ResolvedSpec) -> Result<(), Prob
         return Ok(());
     }
     let detail = format!("The result was certified, but {}.", missed.join(", and "));
-    Err(Problem { figures: Some(figures), ..Problem::new(ProblemKind::NotAcceptable, detail).at(Stage::Certify) })
+    Err(Problem {
+        figures: Some(Box::new(figures)),
+        ..Problem::new(ProblemKind::NotAcceptable, detail).at(Stage::Certify)
+    })
 }
 
 fn misses(accept: &Accept, figures: &Figures) -> Vec<String> {

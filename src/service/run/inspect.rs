@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::pipeline::{RemeshSpec, inspect};
 use crate::engine::run::{RunContext, Stage};
-use crate::service::formats::{Format, Model, ReadError, read_model};
+use crate::service::formats::{Format, Image, Model, ReadError, read_model};
 use crate::service::run::Input;
 use crate::service::wire::{InputReportBody, Problem, ProblemBody, WarningBody, problem_of_fault};
 
@@ -42,6 +42,8 @@ pub struct ContentsBody {
     pub quads: usize,
     /// Names of the materials.
     pub materials: Vec<String>,
+    /// Images of the materials.
+    pub images: Vec<ImageBody>,
     /// Whether there are texture coordinates.
     pub uv: bool,
     /// Whether there are normals.
@@ -52,6 +54,17 @@ pub struct ContentsBody {
     pub joints: usize,
     /// Least and greatest coordinates, in model units; none if no vertex of a polygon is finite.
     pub bounding_box: Option<[[f64; 3]; 2]>,
+}
+
+/// An image of a material.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ImageBody {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// How it is encoded.
+    pub media_type: &'static str,
+    /// Its size as it is stored.
+    pub bytes: usize,
 }
 
 /// A surface after conditioning.
@@ -102,12 +115,17 @@ fn contents(model: &Model) -> ContentsBody {
         triangles: of_degree(3),
         quads: of_degree(4),
         materials: soup.material_names.iter().filter(|name| !name.is_empty()).cloned().collect(),
+        images: scene.looks.images.iter().map(described).collect(),
         uv: !soup.uv.is_empty(),
         normals: !soup.normals.is_empty(),
         vertex_colours: !soup.colours.is_empty(),
         joints: scene.skeleton.joints.len(),
         bounding_box: bounding_box(soup),
     }
+}
+
+fn described(image: &Image) -> ImageBody {
+    ImageBody { name: image.name.clone(), media_type: image.encoding.media_type(), bytes: image.bytes.len() }
 }
 
 fn bounding_box(soup: &TriangleSoup) -> Option<[[f64; 3]; 2]> {

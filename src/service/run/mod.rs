@@ -15,4 +15,4 @@ mod stage_clock;
 pub use check::{CertificateBody, check_quads};
 pub use driver::EngineDriver;
 pub use execute::{Input, Products, Wanted, execute, read_limits};
-pub use inspect::{ContentsBody, InspectionBody, SurfaceBody, inspect_file};
+pub use inspect::{ContentsBody, ImageBody, InspectionBody, SurfaceBody, inspect_file};

@@ -126,8 +126,6 @@ pub struct Urls {
     pub report: String,
     /// The picture.
     pub preview: String,
-    /// The whole spec.
-    pub spec: String,
     /// All files in one.
     pub archive: String,
 }
@@ -144,7 +142,6 @@ impl Urls {
             parameterisation: format!("{job}/parameterisation"),
             report: format!("{job}/report"),
             preview: format!("{job}/preview.png"),
-            spec: format!("{job}/spec"),
             archive: format!("{job}/archive.zip"),
             self_: job,
         }

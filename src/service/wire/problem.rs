@@ -147,8 +147,8 @@ pub struct Problem {
     pub errors: Vec<Violation>,
     /// Seconds after which a new try makes sense.
     pub retry_after: Option<u32>,
-    /// The figures of a result that is not acceptable.
-    pub figures: Option<Figures>,
+    /// The figures of a result that is not acceptable. Boxed: problems travel in every `Result`.
+    pub figures: Option<Box<Figures>>,
 }
 
 impl Problem {
@@ -201,7 +201,7 @@ impl Problem {
             elements: self.elements.clone(),
             errors: self.errors.clone(),
             retry_after: self.retry_after,
-            figures: self.figures,
+            figures: self.figures.as_deref().copied(),
         }
     }
 }

@@ -44,7 +44,7 @@ fn sample(material: Value) -> Value {
             {"source": 2},
             {"extensions": {"KHR_texture_basisu": {"source": 3}}},
         ],
-        "samplers": [{"magFilter": 9728, "wrapS": 1, "wrapT": 10497, "extras": 1}],
+        "samplers": [{"magFilter": 9728, "wrapS": 1, "wrapT": 10497, "extras": {}}],
         "images": [
             {"bufferView": 1, "mimeType": "image/png", "name": "png"},
             {"uri": data(WEBP)},
@@ -138,7 +138,7 @@ fn what_is_wrong_is_left_out_with_a_warning() {
 fn values_that_gltf_does_not_know_are_left_out() {
     let json = json!({
         "name": "", "alphaMode": "GLOW", "alphaCutoff": -1.0, "doubleSided": true, "emissiveFactor": [1, 0, 2],
-        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1], "metallicFactor": 0.5, "roughnessFactor": 1.5, "other": 1},
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 2], "metallicFactor": 0.5, "roughnessFactor": 1.5, "other": 1},
         "other": 1, "extras": {"baseTexture": 7},
         "extensions": {
             "KHR_materials_ior": {"ior": 1.2, "extras": 1, "list": [{"aTexture": {"index": 0}}], "xTexture": 3},
