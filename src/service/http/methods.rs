@@ -44,7 +44,7 @@ pub(super) async fn list_methods() -> Json<MethodList> {
                 "a free boundary together with symmetry (boundary, symmetry)",
                 "quad-dominant meshes (output)",
                 "symmetry of models further than 5 % of their diagonal from their mirror image (symmetry)",
-                "carry animations, morph targets, or what a material is besides its name (preserve)",
+                "carry animations, morph targets, or what materials of an OBJ are besides their names (preserve)",
                 "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
             ],
             parameters: spec_schema(),
