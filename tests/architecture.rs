@@ -12,7 +12,7 @@ const FLOORS: &[&str] = &[
     "field",
     "parameterize",
     "quad",
-    "fallback",
+    "problem",
     "attributes",
     "certify",
     "render",

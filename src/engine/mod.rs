@@ -1,8 +1,8 @@
 //! The engine: a building of floors, each module uses only floors below it.
 //!
 //! ```text
-//! run ← numerics ← mesh ← topology ← field ← parameterize ← quad ← fallback ┐
-//!                                                attributes, certify, render ┴← methods ← pipeline
+//! run ← numerics ← mesh ← topology ← field ← parameterize ← quad ← problem ← methods ┐
+//!                                                         attributes, certify, render ┴← pipeline
 //! ```
 //!
 //! Stages are functions from plain results to a plain result, with the [`run::RunContext`] first. All methods end in
@@ -10,13 +10,13 @@
 
 pub mod attributes;
 pub mod certify;
-pub mod fallback;
 pub mod field;
 pub mod mesh;
 pub mod methods;
 pub mod numerics;
 pub mod parameterize;
 pub mod pipeline;
+pub mod problem;
 pub mod quad;
 pub mod render;
 pub mod run;

@@ -29,4 +29,5 @@ mod specs;
 mod storage;
 #[path = "../properties/topology.rs"]
 mod topology;
+mod toy_method;
 mod typical_failures;

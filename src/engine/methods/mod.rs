@@ -1,3 +1,24 @@
-//! One folder per family of methods; methods do not use each other.
+//! The systems that propose quads. Each is a folder and one line in [`STANDARD`]; methods do not use each other, and know
+//! neither the certificate nor what comes after them.
 
+mod coarse;
+mod level;
+mod method;
+mod parameters;
+mod product;
 pub mod quad_cover;
+mod registry;
+mod subdivide;
+mod triangle_pairs;
+mod triangle_split;
+
+pub use level::Level;
+pub use method::{Method, MethodError};
+pub use parameters::{Parameter, Parameters, Range, Value};
+pub use product::{BoundaryLines, MapProduct, Product};
+pub use registry::{MethodRef, all, by_name, register};
+pub use triangle_pairs::TrianglePairs;
+pub use triangle_split::TriangleSplit;
+
+/// The methods of this version; the first one is the default.
+pub const STANDARD: &[&dyn Method] = &[&quad_cover::QuadCover, &TrianglePairs, &TriangleSplit];

@@ -1,7 +1,7 @@
 //! What the stages of a run are expected to cost, from which the shares of its progress follow.
 
-use crate::engine::pipeline::component::Component;
-use crate::engine::pipeline::spec::{Optimise, RemeshSpec, Target};
+use crate::engine::pipeline::spec::{RemeshSpec, Target};
+use crate::engine::problem::{Optimise, Problem};
 use crate::engine::run::{Plan, Stage};
 
 /// Milliseconds per thousand triangles and per thousand quads, rounded from what `cargo bench -- stages MODEL.obj …` fits
@@ -48,8 +48,8 @@ impl Size {
         Self { triangles, quads }
     }
 
-    pub(super) fn of_component(component: &Component) -> Self {
-        Self { triangles: component.surface.mesh.n_faces() as f64, quads: component.quads }
+    pub(super) fn of_problem(problem: &Problem) -> Self {
+        Self { triangles: problem.surface.mesh.n_faces() as f64, quads: problem.quads }
     }
 
     fn cost(&self, stage: Stage) -> f64 {

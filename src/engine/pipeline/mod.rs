@@ -1,37 +1,41 @@
 //! The engine's only door: a soup and a spec in, quads, map and report out.
 
+mod attempt;
 #[cfg(test)]
 mod attribute_tests;
 mod check;
-mod component;
 mod costs;
 mod error;
 mod finding;
-mod finish;
 mod inspect;
-mod ladder;
+mod judged;
 mod outcome;
+mod plan;
+mod polish;
+mod quality;
+mod remedies;
 mod remesh;
 mod report;
-mod road;
 mod rounding;
 mod sizing;
+mod solve;
 mod spec;
 mod symmetry;
 #[cfg(test)]
 mod tests;
-mod working;
 
 pub use crate::engine::attributes::{Preserve, QuadAttributes};
 pub use crate::engine::certify::QuadReport;
+pub use crate::engine::methods::Level;
 pub use crate::engine::methods::quad_cover::RoundingTrial;
 pub use crate::engine::parameterize::RoundingStatistics;
+pub use crate::engine::problem::{Align, Boundary, Optimise, WorkingMesh};
 pub use check::{RunFindings, check};
 pub use costs::{Size, plan_of_run};
 pub use error::RemeshError;
 pub use inspect::{Inspection, inspect};
 pub use outcome::MapOutcome;
 pub use remesh::{Outcome, remesh};
-pub use report::{BranchReport, FeatureReport, InputReport, Level, MapReport, Repairs, Report, Singularity};
+pub use report::{BranchReport, FeatureReport, InputReport, MapReport, Repairs, Report, Singularity};
 pub use rounding::rounding_trials;
-pub use spec::{Align, Boundary, FeatureSpec, Method, NonOrientable, Optimise, RemeshSpec, Target, WorkingMesh};
+pub use spec::{Effort, FeatureSpec, NonOrientable, RemeshSpec, Target};

@@ -3,10 +3,9 @@
 use glam::DVec3;
 
 use crate::engine::parameterize::GridMap;
-use crate::engine::pipeline::component::Component;
-use crate::engine::pipeline::ladder::Solved;
 use crate::engine::pipeline::report::{BranchReport, MapReport, Singularity};
-use crate::engine::pipeline::spec::WorkingMesh;
+use crate::engine::pipeline::solve::Solution;
+use crate::engine::problem::{Problem, WorkingMesh};
 
 /// A parameterisation on its working mesh.
 #[derive(Clone, Debug)]
@@ -26,7 +25,7 @@ pub struct MapOutcome {
 }
 
 /// Joins the maps of the components that have one; `None` if none has. Maps that live on the input come in its order.
-pub(super) fn assemble_map(components: &[Component], solved: &[Solved], choice: WorkingMesh) -> Option<MapOutcome> {
+pub(super) fn assemble_map(problems: &[Problem], solutions: &[Solution], choice: WorkingMesh) -> Option<MapOutcome> {
     let mut joined = MapOutcome {
         positions: Vec::new(),
         faces: Vec::new(),
@@ -37,15 +36,15 @@ pub(super) fn assemble_map(components: &[Component], solved: &[Solved], choice: 
     };
     let (mut weight, mut searched, mut largest) = (0.0, 0.0, 0.0);
     let (mut vertices, mut halfedges) = (Vec::new(), Vec::new());
-    for (component, solved) in components.iter().zip(solved) {
-        let Some((working, map)) = &solved.map else { continue };
-        let mesh = &working.surface.mesh;
+    for (problem, solution) in problems.iter().zip(solutions) {
+        let Some(map) = &solution.map else { continue };
+        let mesh = &map.surface.mesh;
         let shift = joined.positions.len() as u32;
-        vertices.extend_from_slice(&component.vertices);
-        halfedges.extend_from_slice(&component.halfedges);
+        vertices.extend_from_slice(&problem.vertices);
+        halfedges.extend_from_slice(&problem.halfedges);
         joined.positions.extend_from_slice(mesh.positions());
         joined.faces.extend(mesh.faces().iter().map(|f| f.map(|v| v + shift)));
-        for s in map.field.singularities() {
+        for s in &map.singularities {
             joined.singularities.push(Singularity {
                 vertex: s.vertex + shift,
                 index_quarters: s.quarters,
@@ -56,8 +55,8 @@ pub(super) fn assemble_map(components: &[Component], solved: &[Solved], choice: 
         joined.grid.rotation.extend_from_slice(&map.grid.rotation);
         joined.grid.translation.extend_from_slice(&map.grid.translation);
         joined.grid.iso.extend_from_slice(&map.grid.iso);
-        if component.quads > largest {
-            (largest, joined.scale) = (component.quads, map.scale);
+        if problem.quads > largest {
+            (largest, joined.scale) = (problem.quads, map.scale);
         }
         let area = mesh.total_area();
         weight += area;

@@ -4,22 +4,8 @@ use glam::DVec3;
 
 use crate::engine::certify::QuadReport;
 use crate::engine::mesh::TriMesh;
+use crate::engine::methods::Level;
 use crate::engine::run::Warning;
-
-/// Where the quads of a component came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// Field and integer-grid map.
-    L0,
-    /// Combinatorial extraction from a seamless map.
-    L1,
-    /// Patch layout.
-    L2,
-    /// Quad-dominant remesh, every polygon split once.
-    L3,
-    /// Every triangle split into three quads.
-    L4,
-}
 
 /// How the conditioned surface differs from the input; one counter per kind of repair.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -3,15 +3,13 @@
 use crate::engine::field::BranchOptions;
 use crate::engine::mesh::Detected;
 use crate::engine::mesh::Surface;
-use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
-use crate::engine::methods::quad_cover::{QuadCoverError, RoundingTrial, rounding_trial};
-use crate::engine::pipeline::component::{Component, split};
+use crate::engine::methods::quad_cover::{QuadCoverError, RoundingTrial, rounding_trial, working_surface};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::remesh::{edge_length, features};
-use crate::engine::pipeline::spec::{NonOrientable, Optimise, RemeshSpec};
-use crate::engine::pipeline::working::working_surface;
+use crate::engine::pipeline::spec::{NonOrientable, RemeshSpec};
+use crate::engine::problem::{Optimise, Problem, split};
 use crate::engine::run::RunContext;
 
 /// Compares ways of rounding on the maps that a run with this spec begins with, component by component, over `offsets`
@@ -31,20 +29,19 @@ pub fn rounding_trials(
     let Detected { features, detail, .. } = features(&conditioned, soup, spec, edge_length);
     let surface = Surface { mesh: conditioned.mesh, features };
     let branch_points = match spec.optimise {
-        Optimise::Relocate => Some(BranchOptions { create: false }),
-        Optimise::Balance => Some(BranchOptions { create: true }),
+        Optimise::Relocate => Some(BranchOptions { create: false, price: BranchOptions::PRICE }),
+        Optimise::Balance => Some(BranchOptions { create: true, price: BranchOptions::PRICE }),
         _ => None,
     };
-    let trial = |(c, component): (usize, &Component)| {
-        let index = SurfaceIndex::new(&component.surface.mesh);
-        let working = working_surface(ctx, component, &index, spec.working_mesh)?;
-        let options = working.options(component, spec, spec.smoothing, branch_points.clone());
+    let trial = |(c, problem): (usize, &Problem)| {
+        let working = working_surface(ctx, problem)?;
+        let options = working.options(problem, branch_points.clone());
         rounding_trial(ctx, &working.surface, &options, offsets).map_err(|e| match e {
             QuadCoverError::Cancelled(c) => RemeshError::Cancelled(c),
             other => RemeshError::NoQuads { component: c, cause: other.to_string() },
         })
     };
-    split(&surface, edge_length, spec.keeps_count(), &[], &detail, &spec.strokes)
+    split(&surface, edge_length, spec.keeps_count(), &spec.wishes(), &[], &detail, &spec.strokes)
         .iter()
         .enumerate()
         .map(trial)

@@ -2,12 +2,9 @@
 
 use crate::engine::field::{colour_size, curvature_sizes, graded_sizes};
 use crate::engine::mesh::Surface;
-use crate::engine::mesh::SurfaceIndex;
-use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::pipeline::spec::RemeshSpec;
 use crate::engine::run::{Cancelled, RunContext, Warning, WarningKind};
-use glam::DVec3;
 
 /// Logarithms of the size per vertex of the surface, relative to `edge_length`; empty if all quads are to be alike.
 /// `origin` is the position of the soup that each vertex comes from. What cannot be heeded is added to the warnings.
@@ -46,13 +43,3 @@ pub(super) fn sizes(
 
 /// Sizes that differ less than this (logarithms) are all the same.
 const LEAST_SPREAD: f64 = 0.01;
-
-/// The size that a surface's sizes give for a point near it; 0 if they are empty.
-pub(super) fn size_at(mesh: &TriMesh, index: &SurfaceIndex, log_size: &[f64], p: DVec3) -> f64 {
-    if log_size.is_empty() {
-        return 0.0;
-    }
-    let at = index.closest(p);
-    let face = mesh.face(at.face as usize);
-    (0..3).map(|k| at.barycentric[k] * log_size[face[k] as usize]).sum()
-}

@@ -3,13 +3,19 @@
 use glam::DVec3;
 
 use crate::engine::attributes::Preserve;
+use crate::engine::methods::{MethodRef, Parameters};
+use crate::engine::problem::{Align, Boundary, Optimise, Wishes, WorkingMesh};
 
-/// Which system runs.
+/// How much work may be spent beyond the first attempt at a component.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
-    /// Frame fields on a branched covering, integrated and rounded [kaelberer_2007].
+pub enum Effort {
+    /// One attempt of the method; what it cannot do, sure methods do.
+    Fast,
+    /// About three times the first attempt.
     #[default]
-    QuadCover,
+    Normal,
+    /// About ten times the first attempt.
+    Thorough,
 }
 
 /// The density asked for.
@@ -19,48 +25,6 @@ pub enum Target {
     Quads(u64),
     /// This edge length in model units, positive.
     EdgeLength(f64),
-}
-
-/// What becomes of boundary loops.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Boundary {
-    /// Boundary loops become quad edges aligned with the field.
-    #[default]
-    Align,
-    /// The field crosses the boundary at any angle; the loops still become quad edges.
-    Free,
-}
-
-/// Guidance of the cross field.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Align {
-    /// Principal curvature directions where they are stable.
-    #[default]
-    Curvature,
-    /// As smooth as possible.
-    Smooth,
-}
-
-/// What is done about branch points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Optimise {
-    /// As found.
-    None,
-    /// Moved.
-    Relocate,
-    /// Created, moved and balanced.
-    #[default]
-    Balance,
-}
-
-/// Whether the parameterisation may live on a remeshed copy of the input.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum WorkingMesh {
-    /// Refined or remeshed as the density needs.
-    #[default]
-    Auto,
-    /// The triangles of the input, in input order.
-    Input,
 }
 
 /// What is done with components that have only one side.
@@ -96,7 +60,14 @@ impl Default for FeatureSpec {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RemeshSpec {
     /// Which system runs.
-    pub method: Method,
+    pub method: MethodRef,
+    /// Its own parameters.
+    pub parameters: Parameters,
+    /// How much work may be spent.
+    pub effort: Effort,
+    /// Units of work (see [`crate::engine::run::Budget`]) that there is time for before the deadline; infinite without one.
+    /// Where the method may need more, something sure is made first.
+    pub time_limit: f64,
     /// The density.
     pub target: Target,
     /// Iterate the scale until the count is met.
@@ -134,12 +105,27 @@ impl RemeshSpec {
     pub fn keeps_count(&self) -> bool {
         self.adapt_count && matches!(self.target, Target::Quads(_))
     }
+
+    /// What is asked of every component alike.
+    pub fn wishes(&self) -> Wishes {
+        Wishes {
+            boundary: self.boundary,
+            align: self.align,
+            smoothing: self.smoothing,
+            optimise: self.optimise,
+            working_mesh: self.working_mesh,
+            adapts_count: self.adapt_count,
+        }
+    }
 }
 
 impl Default for RemeshSpec {
     fn default() -> Self {
         Self {
-            method: Method::default(),
+            method: MethodRef::default(),
+            parameters: Parameters::default(),
+            effort: Effort::default(),
+            time_limit: f64::INFINITY,
             target: Target::Quads(5000),
             adapt_count: true,
             adaptive_size: 0.0,

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::engine::mesh::shapes::sample_surface;
 use crate::engine::mesh::{TriMesh, TriangleSoup, next};
+use crate::engine::methods::Level;
 use crate::engine::parameterize::rotate;
-use crate::engine::pipeline::report::Level;
 use crate::engine::pipeline::{Boundary, Outcome, RemeshSpec, Target, WorkingMesh, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, WarningKind};

@@ -3,9 +3,11 @@
 pub mod extract;
 pub mod fill;
 pub mod improve;
+mod layout;
 pub mod optimise;
 mod quad_mesh;
 
 pub use improve::{Bad, count_against, improve_connectivity, pillow_quads, reach_out, remove_doublets, repair_quads};
+pub use layout::{ArcCourse, LayoutArc, LayoutError, LayoutNode, QuadLayout, Side, quads_of_layout};
 pub use optimise::{OptimiseOptions, optimise};
 pub use quad_mesh::{Anchor, QuadDraft, QuadMesh};

@@ -21,14 +21,10 @@ pub enum StopReason {
     Overtime = 4,
     /// The deadline of the spec passed: return the best certified result so far, or fail.
     Deadline = 8,
-    /// The deadline is near: what may take long gives way to what surely ends. Only a [`RunContext::unhurried`] part
-    /// of the run is stopped by it.
-    Hurry = 16,
 }
 
 impl StopReason {
-    const ALL: [StopReason; 5] =
-        [StopReason::Client, StopReason::Shutdown, StopReason::Overtime, StopReason::Deadline, StopReason::Hurry];
+    const ALL: [StopReason; 4] = [StopReason::Client, StopReason::Shutdown, StopReason::Overtime, StopReason::Deadline];
     /// What stops the last steps of a run.
     const OF_LATE_STEPS: u8 = StopReason::Client as u8 | StopReason::Shutdown as u8 | StopReason::Overtime as u8;
     /// What stops every other step.
@@ -145,11 +141,6 @@ impl RunContext {
         Self { heeds: StopReason::OF_LATE_STEPS, ..self.clone() }
     }
 
-    /// The part of the same run that is stopped by a hurry, too.
-    pub fn unhurried(&self) -> Self {
-        Self { heeds: self.heeds | StopReason::Hurry as u8, ..self.clone() }
-    }
-
     /// A run that nobody watches, with seed 0.
     pub fn silent() -> Self {
         Self::new(0, Silent)
@@ -252,17 +243,5 @@ mod tests {
         outer.stop(StopReason::Deadline);
         assert_eq!(inner.check(), Err(Cancelled(StopReason::Deadline)));
         assert_eq!(inner.late().check(), Ok(()));
-    }
-
-    #[test]
-    fn a_hurry_stops_the_unhurried_part_alone() {
-        let ctx = RunContext::silent();
-        let part = ctx.unhurried().also(0, Silent);
-        assert_eq!(part.check(), Ok(()));
-        ctx.stop(StopReason::Hurry);
-        assert_eq!((ctx.check(), part.check()), (Ok(()), Err(Cancelled(StopReason::Hurry))));
-        assert_eq!(part.late().check(), Ok(()));
-        ctx.stop(StopReason::Client);
-        assert_eq!(part.check(), Err(Cancelled(StopReason::Client)));
     }
 }

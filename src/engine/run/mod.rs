@@ -1,5 +1,6 @@
 //! One run of the engine: may it go on, how far is it, whose fault is a failure, and what there is to warn of.
 
+mod budget;
 mod context;
 mod fault;
 mod plan;
@@ -8,6 +9,7 @@ mod scope;
 mod stage;
 mod warning;
 
+pub use budget::Budget;
 pub use context::{Cancelled, Observer, RunContext, Silent, StopReason};
 pub use fault::{Blame, Fault};
 pub use plan::Plan;

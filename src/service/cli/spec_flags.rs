@@ -127,6 +127,7 @@ fn arg(field: &Field, flag: &Flag) -> Arg {
                 .value_delimiter(',')
                 .value_parser(PossibleValuesParser::new(values().chain([none])))
         }
+        FlagText::Members => arg.action(ArgAction::Append),
     }
 }
 
@@ -141,6 +142,18 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
             let names: Vec<String> = texts.iter().filter(|name| **name != NONE).map(|name| quoted(name)).collect();
             format!("[{}]", names.join(","))
         }
+        FlagText::Members => {
+            let member = |text: &&String| {
+                let (name, value) = text.split_once('=').unwrap_or((text, "null"));
+                let value = if serde_json::from_str::<serde_json::Value>(value).is_ok() {
+                    value.to_owned()
+                } else {
+                    quoted(value)
+                };
+                format!("{}: {value}", quoted(name))
+            };
+            format!("{{{}}}", texts.iter().map(member).collect::<Vec<_>>().join(","))
+        }
         // What is no number of JSON is refused as text by the judge.
         FlagText::Number => match text.parse::<serde_json::Number>() {
             Ok(number) => number.to_string(),
@@ -152,7 +165,8 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::pipeline::{Align, Target};
+    use crate::engine::methods::Value;
+    use crate::engine::pipeline::{Align, Effort, Target};
     use crate::service::wire::LevelName;
 
     fn flags(line: &[&str]) -> Result<SpecFlags, clap::Error> {
@@ -183,7 +197,9 @@ mod tests {
         let without: Vec<&str> = FIELDS.iter().filter(|f| f.flags.is_empty()).map(|f| f.name).collect();
         assert_eq!(without, ["features.edges", "strokes", "tags", "priority"]);
         let spec = resolved(&[
-            "--method=quadcover",
+            "--method=triangle-pairs",
+            "--param=fidelity=loose",
+            "--effort=fast",
             "--target-quads=7",
             "--adapt-count=false",
             "--adaptive-size=10",
@@ -208,6 +224,9 @@ mod tests {
         assert!(spec.spec.density_from_vertex_colour && spec.spec.features.normals && !spec.spec.features.materials);
         assert_eq!((spec.spec.symmetry.as_slice(), spec.spec.preserve.uv), ([0, 2].as_slice(), false));
         assert_eq!(spec.options.deadline_s, 2.5);
+        assert_eq!((spec.spec.method.name(), spec.spec.effort), ("triangle-pairs", Effort::Fast));
+        let parameters = &spec.spec.parameters;
+        assert_eq!(parameters.get(&spec.spec.method.0.parameters()[0]), Value::Choice("loose"));
         assert_eq!(spec.accept.level, Some(LevelName::L1));
         assert_eq!((spec.accept.count, spec.accept.distance), (Some(0.1), Some(0.01)));
     }
@@ -222,6 +241,8 @@ mod tests {
             ["--deadline", "-1"],
             ["--spec", "no/such/file.json"],
             ["--accept-count", "-0.1"],
+            ["--param", "fidelity=loose"],
+            ["--param", "branch_price"],
         ];
         for line in wrong {
             assert_eq!(flags(&line).unwrap().resolve().expect_err("refused").exit_code(), 2, "{line:?}");

@@ -19,7 +19,7 @@ use crate::service::http::json::large_json;
 use crate::service::http::query::Pairs;
 use crate::service::http::view::job_body;
 use crate::service::store::JobFilter;
-use crate::service::wire::{Choice, JobList, JobStatus, MethodName, Problem, ProblemKind};
+use crate::service::wire::{JobList, JobStatus, MethodName, Problem, ProblemKind};
 
 const PAGE: u32 = 50;
 const LONGEST_PAGE: u32 = 200;

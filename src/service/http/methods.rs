@@ -5,8 +5,8 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use utoipa::{PartialSchema, ToSchema};
 
-use crate::engine::pipeline::Method;
-use crate::service::wire::{Choice, ResolvedSpec};
+use crate::engine::methods::{self, MethodRef};
+use crate::service::wire::{ResolvedSpec, defaults_of, own_schema};
 
 /// A method.
 #[derive(Debug, Serialize, ToSchema)]
@@ -17,9 +17,9 @@ pub(super) struct MethodBody {
     summary: &'static str,
     /// What it cannot do in this version.
     cannot: Vec<&'static str>,
-    /// JSON Schema of the spec.
+    /// JSON Schema of the spec, with the method's own parameters under `params`.
     parameters: Value,
-    /// The spec when nothing is said.
+    /// The spec when nothing but the method is said.
     defaults: ResolvedSpec,
 }
 
@@ -34,31 +34,33 @@ pub(super) struct MethodList {
 #[utoipa::path(get, path = "/v1/methods", tag = "about", operation_id = "list_methods",
     responses((status = 200, description = "The methods", body = MethodList)))]
 pub(super) async fn list_methods() -> Json<MethodList> {
-    Json(MethodList {
-        methods: vec![MethodBody {
-            name: Method::QuadCover.name(),
-            summary: "A smooth cross field along principal curvatures, integrated on a branched covering and rounded to \
-                      an integer-grid map, whose grid lines are the quads.",
-            cannot: vec![
-                "move branch points onto features or the boundary, or off them (optimise)",
-                "a free boundary together with symmetry (boundary, symmetry)",
-                "quad-dominant meshes (output)",
-                "symmetry of models further than 5 % of their diagonal from their mirror image (symmetry)",
-                "carry animations, morph targets, or what materials of an OBJ are besides their names (preserve)",
-                "promise a locally injective map: where the map folds, quads come from a fallback, and the level says so",
-            ],
-            parameters: spec_schema(),
-            defaults: ResolvedSpec::default(),
-        }],
-    })
+    Json(MethodList { methods: methods::all().into_iter().map(body).collect() })
 }
 
+fn body(method: MethodRef) -> MethodBody {
+    MethodBody {
+        name: method.name(),
+        summary: method.0.summary(),
+        cannot: method.0.cannot().iter().chain(CANNOT).copied().collect(),
+        parameters: spec_schema(method),
+        defaults: defaults_of(method),
+    }
+}
+
+/// What no method can do in this version.
+const CANNOT: &[&str] = &[
+    "quad-dominant meshes (output)",
+    "symmetry of models further than 5 % of their diagonal from their mirror image (symmetry)",
+    "carry animations, morph targets, or what materials of an OBJ are besides their names (preserve)",
+];
+
 /// The schema of the spec on its own, with everything it refers to under `$defs`.
-fn spec_schema() -> Value {
+fn spec_schema(method: MethodRef) -> Value {
     let mut parts = Vec::new();
     ResolvedSpec::schemas(&mut parts);
     let definitions: Map<String, Value> = parts.into_iter().map(|(name, schema)| (name, json!(schema))).collect();
     let mut schema = json!(ResolvedSpec::schema());
+    schema["properties"]["params"] = json!(own_schema(method));
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
     schema["$defs"] = definitions.into();
     relocate(&mut schema);
@@ -100,13 +102,14 @@ mod tests {
 
     #[test]
     fn the_schema_of_the_spec_stands_on_its_own() {
-        let schema = spec_schema();
+        let schema = spec_schema(MethodRef::default());
         let mut found = Vec::new();
         references(&schema, &mut found);
         assert!(!found.is_empty());
         for reference in found {
             assert!(schema.pointer(reference.trim_start_matches('#')).is_some(), "{reference}");
         }
+        assert_eq!(schema.pointer("/properties/params/properties/branch_price/default"), Some(&json!(0.3)));
         let properties = schema["properties"].as_object().unwrap();
         for field in json!(ResolvedSpec::default()).as_object().unwrap().keys() {
             assert!(properties.contains_key(field), "{field}");

@@ -6,14 +6,11 @@ use std::time::Duration;
 
 use crate::engine::run::{RunContext, StopReason};
 
-/// Share of the time after which the run is told to hurry.
-const HURRY: f64 = 0.6;
 /// What a result that is there at the deadline may take to be finished: half of what the contract allows (1 s and 10 %),
 /// as stopping and storing take their time, too.
 const OVERTIME: (Duration, f64) = (Duration::from_millis(500), 0.05);
 
-/// Tells the run to hurry, then stops it with [`StopReason::Deadline`], and a little later with
-/// [`StopReason::Overtime`], unless dropped before.
+/// Stops the run with [`StopReason::Deadline`], and a little later with [`StopReason::Overtime`], unless dropped before.
 #[derive(Debug)]
 pub(super) struct Deadline {
     alive: Option<Sender<()>>,
@@ -25,13 +22,8 @@ impl Deadline {
     pub(super) fn start(context: RunContext, after: Duration) -> Self {
         let (alive, gone) = channel::<()>();
         let timer = std::thread::Builder::new().name("deadline".to_owned()).spawn(move || {
-            let patience = after.mul_f64(HURRY);
             let overtime = OVERTIME.0 + after.mul_f64(OVERTIME.1);
-            for (time, reason) in [
-                (patience, StopReason::Hurry),
-                (after.saturating_sub(patience), StopReason::Deadline),
-                (overtime, StopReason::Overtime),
-            ] {
+            for (time, reason) in [(after, StopReason::Deadline), (overtime, StopReason::Overtime)] {
                 if gone.recv_timeout(time) != Err(RecvTimeoutError::Timeout) {
                     return;
                 }
@@ -79,6 +71,6 @@ mod tests {
         drop(timer);
         let early = RunContext::silent();
         drop(Deadline::start(early.clone(), Duration::from_secs(3600)));
-        assert_eq!(early.unhurried().stopped(), None);
+        assert_eq!(early.stopped(), None);
     }
 }

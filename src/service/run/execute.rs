@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::engine::certify::certify;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::pipeline::{Outcome, Size, plan_of_run, remesh};
+use crate::engine::pipeline::{Outcome, RemeshSpec, Size, plan_of_run, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage, StopReason, Warning, WarningKind};
 use crate::service::config::LimitsConfig;
@@ -22,6 +22,9 @@ use crate::service::wire::{Problem, ProblemKind, ReportBody, ResolvedSpec, Warni
 
 /// Bytes of a file per triangle, about: for the progress of reading it.
 const BYTES_OF_A_TRIANGLE: f64 = 40.0;
+
+/// Units of work (milliseconds of one core of the machine that the engine's costs were measured on) in a second.
+const UNITS_PER_SECOND: f64 = 1000.0;
 
 /// An upload.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +115,8 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &ResolvedSpec, wanted: &Want
         read_model(input.bytes, input.format, input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
     let ctx = &ctx.planned(plan_of_run(&Size::of(soup.n_polygons() as f64, &spec.spec), files));
-    let mut outcome = remesh(&ctx.stages(Stage::Condition, Stage::Certify), &soup, &spec.spec)
+    let asked = RemeshSpec { time_limit: UNITS_PER_SECOND * spec.options.deadline_s, ..spec.spec.clone() };
+    let mut outcome = remesh(&ctx.stages(Stage::Condition, Stage::Certify), &soup, &asked)
         .map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
     drop(soup);
     outcome.report.warnings.extend(warnings);

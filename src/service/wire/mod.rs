@@ -22,5 +22,5 @@ pub use spec::{
     Accept, Axis, Choice, JobOptions, MethodName, Named, Output, ResolvedSpec, SPEC_BYTES, SpecDocument, SpecSummary,
     SpecTable, SymmetryAxis,
 };
-pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText};
+pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText, defaults_of, own_schema};
 pub use warning::WarningBody;

@@ -181,7 +181,7 @@ impl Problem {
     pub fn stopped(reason: StopReason) -> Self {
         match reason {
             StopReason::Client => Self::new(ProblemKind::Cancelled, "The run was cancelled before it had a result."),
-            StopReason::Deadline | StopReason::Overtime | StopReason::Hurry => Self::new(
+            StopReason::Deadline | StopReason::Overtime => Self::new(
                 ProblemKind::DeadlineExceeded,
                 "The deadline passed before there was a certified result; raise deadline_s or lower the target.",
             ),

@@ -11,6 +11,15 @@ pub struct BranchOptions {
     /// Whether pairs of branch points are created where they save more curl than they cost in rounding, and cancelled
     /// where they do not. Otherwise they only move, and their number never grows. None are created where there are none.
     pub create: bool,
+    /// What a quarter of index costs, per quad and relative to `‖X‖²`; [`BranchOptions::PRICE`] is what it was measured at.
+    pub price: f64,
+}
+
+impl BranchOptions {
+    /// What a quarter of index adds to the energy of the rounded map, per quad and relative to `‖X‖²`: two coordinates,
+    /// each off by 1/12 in the mean square, times their stiffness in the period matrix ([kaelberer_2013] 6.4). Measured on
+    /// pairs that were created on six models: 0.15 to 0.5.
+    pub const PRICE: f64 = 0.3;
 }
 
 /// How long the search may go on.
@@ -78,11 +87,6 @@ const MOVING_SHARE: f64 = 0.6;
 const MAX_BATCH: usize = 64;
 /// Single moves that fail in a row before the search ends.
 const MAX_FAILURES: usize = 3;
-/// What a quarter of index adds to the energy of the rounded map, per quad and relative to `‖X‖²`: two coordinates, each
-/// off by 1/12 in the mean square, times their stiffness in the period matrix ([kaelberer_2013] 6.4). Measured on pairs
-/// that were created on six models: 0.15 to 0.5.
-const PRICE: f64 = 0.3;
-
 /// Most edges that a branch point is carried in one batch.
 const LONGEST_STRIDE: usize = 6;
 /// A phase ends when this many batches kept together have lowered the cost by less than [`LEAST_PROGRESS`] of it.
@@ -129,7 +133,7 @@ pub(in crate::engine::field) fn search_branch_points(
     search.phase(&mut moves, start)?;
     if create {
         (search.ctx, search.limit) = (ctx.span(share, 1.0), limit);
-        moves.price = Some(PRICE * around.edge_length.powi(2) / around.frames.total_area(mesh));
+        moves.price = Some(options.price * around.edge_length.powi(2) / around.frames.total_area(mesh));
         search.phase(&mut moves, (MAX_BATCH / 4, 1))?;
     }
     done.energy[1] = search.energy.value;

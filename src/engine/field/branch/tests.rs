@@ -139,7 +139,7 @@ fn every_search_lowers_its_cost_and_keeps_the_sum_of_indices() {
     for (name, create) in [("genus2", false), ("genus2", true), ("gear", false), ("noisy_blob", true)] {
         let (surface, frames, before, flags, edge_length) = field_on(name, 3000);
         let mesh = &surface.mesh;
-        let branch_points = Some(BranchOptions { create });
+        let branch_points = Some(BranchOptions { create, price: BranchOptions::PRICE });
         let options = FieldOptions { edge_length, smoothing: 1.0, branch_points, strokes: None, start: None };
         let (after, found) = smooth_cross_field(&RunContext::silent(), mesh, &frames, &flags, None, &options).unwrap();
         assert!(found.energy[1] <= found.energy[0] && found.accepted < found.evaluations, "{name}: {found:?}");

@@ -3,8 +3,10 @@
 //! The script of the method on one connected component. The field is solved once; the map's system is factored once;
 //! densities are tried by rounding alone, since the right-hand side is proportional to the scale.
 
+mod method;
 mod solve_field;
 mod stiffen;
+mod working;
 
 use crate::engine::field::BranchOptions;
 use crate::engine::field::BranchSearch;
@@ -27,6 +29,9 @@ use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
 use glam::DVec3;
+
+pub use method::QuadCover;
+pub use working::{Working, working_surface};
 
 /// What the method is asked for.
 #[derive(Clone, Debug)]
@@ -140,7 +145,7 @@ const SHARE_OF_SCALE: f64 = 0.6;
 /// Runs the method on the working mesh of one component.
 ///
 /// # Errors
-/// [`QuadCoverError`]; the caller then takes another road.
+/// [`QuadCoverError`]; the caller then tries something else.
 pub fn quad_cover(
     ctx: &RunContext,
     working: &Surface,

@@ -38,7 +38,6 @@ impl SpecDocument {
     /// # Errors
     /// None that a spec could cause.
     pub fn of(spec: &ResolvedSpec) -> Result<Self, Problem> {
-        use crate::service::wire::Choice;
         let text = spec.to_json().map_err(|error| {
             tracing::error!(%error, "a spec cannot be written as JSON");
             Problem::internal()

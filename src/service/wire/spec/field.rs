@@ -102,6 +102,8 @@ pub(in crate::service) enum FlagText {
     Name,
     /// Names with commas between them.
     Names,
+    /// Members of an object, each as `name=value`.
+    Members,
 }
 
 /// Which values a field takes: everything but the type in Rust.

@@ -5,6 +5,7 @@ mod document;
 mod field;
 mod kinds;
 mod lists;
+mod method;
 mod names;
 mod schema;
 mod table;
@@ -14,19 +15,18 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use crate::engine::pipeline::{Boundary, Method, RemeshSpec, Target};
+use crate::engine::pipeline::{Boundary, RemeshSpec, Target};
 use crate::service::wire::fields::{Fields, Violations};
 use crate::service::wire::{LevelName, Problem, ProblemKind, Violation};
 
 pub use choice::{Choice, Named};
 pub use document::{SpecDocument, SpecSummary};
 pub(in crate::service) use field::{Field, Flag, FlagText};
+pub use method::MethodName;
+pub(in crate::service) use method::{defaults_of, own_schema};
 pub use names::{Axis, Output};
 pub use schema::SpecTable;
 pub(in crate::service) use table::FIELDS;
-
-/// A method by name, as in a query.
-pub type MethodName = Named<Method>;
 
 /// An axis by name, as in a report.
 pub type SymmetryAxis = Named<Axis>;

@@ -2,12 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use crate::engine::pipeline::{Align, Boundary, Method, NonOrientable, Optimise, Preserve, WorkingMesh};
+use crate::engine::pipeline::{Align, Boundary, Effort, NonOrientable, Optimise, Preserve, WorkingMesh};
 use crate::service::wire::LevelName;
 use crate::service::wire::spec::choice::{Chosen, choices};
 
-choices! { Method as "MethodName": "Which system runs.", later ["harmonic", "holomorphic", "layout"];
-    QuadCover = "quadcover": "A frame field on a branched covering, integrated and rounded to an integer-grid map.";
+choices! { Effort as "EffortName": "How much work may be spent beyond the first attempt at a component, in units that do \
+                                   not depend on the machine.", later [];
+    Normal = "normal": "About three times the first attempt.";
+    Fast = "fast": "One attempt; what the method cannot do, sure methods do.";
+    Thorough = "thorough": "About ten times the first attempt.";
 }
 
 choices! { Boundary as "BoundaryName": "What becomes of boundary loops.", later [];
@@ -54,7 +57,7 @@ choices! { LevelName as "LevelName": "Where quads come from; higher levels are f
     L1 = "L1": "Seamless map.";
     L2 = "L2": "Layout.";
     L3 = "L3": "Paired triangles of an isotropic remesh.";
-    L4 = "L4": "Every triangle split into three quads.";
+    L4 = "L4": "Every triangle of a remesh split into three quads.";
 }
 
 /// A mirror plane of the result.

@@ -1,12 +1,13 @@
 //! THE table of the spec's fields. Reading, JSON Schema, `/v1/methods`, the flags of the command line and the README
 //! follow from it: a new field is one row here, and its use in the engine.
 
-use crate::engine::pipeline::{Align, Boundary, Method, NonOrientable, Optimise, WorkingMesh};
+use crate::engine::pipeline::{Align, Boundary, Effort, NonOrientable, Optimise, WorkingMesh};
 use crate::service::wire::LevelName;
 use crate::service::wire::spec::choice::{one_of, some_of};
 use crate::service::wire::spec::field::{Field, Flag, Group, Kind, field};
 use crate::service::wire::spec::kinds::{Maybe, Number, Switch, Whole};
 use crate::service::wire::spec::lists::{Edges, Labels, Strokes};
+use crate::service::wire::spec::method::{OneMethod, PARAMETERS};
 use crate::service::wire::spec::names::{Attribute, Axis, Output};
 use crate::service::wire::spec::target::Density;
 
@@ -32,7 +33,8 @@ pub(super) static LATER: &[(&str, &str)] = &[("webhook", "follow /v1/jobs/{id}/e
 /// Every field of the spec.
 pub(in crate::service) static FIELDS: &[Field] = &[
     // name, place, values, flags, help
-    field!("method", spec.method, one_of::<Method>(), [Flag::new("method", "NAME")], "Which system runs."),
+    field!("method", spec.method, OneMethod, [Flag::new("method", "NAME")], "Which system runs."),
+    PARAMETERS,
     field!(
         "target",
         spec.target,
@@ -151,6 +153,13 @@ pub(in crate::service) static FIELDS: &[Field] = &[
         Whole { low: 0, high: u64::MAX },
         [Flag::new("seed", "N")],
         "Seed of every random choice."
+    ),
+    field!(
+        "effort",
+        spec.effort,
+        one_of::<Effort>(),
+        [Flag::new("effort", "WHICH")],
+        "How much work may be spent where a first attempt is not good enough."
     ),
     field!(
         "deadline_s",

@@ -30,7 +30,7 @@ fn all_violations_are_reported_at_once() {
     let spec = json!({
         "target": {"quads": 0}, "smoothing": 2, "colour": 1, "features": {"angle": -1, "corner": true},
         "seed": "x", "tags": ["", "good", "x".repeat(65)], "method": "harmonic", "symmetry": ["w"],
-        "strokes": [[[0, 0, 0]]], "accept": {"level": "L7", "count": -1}, "params": {}, "field": {}
+        "strokes": [[[0, 0, 0]]], "accept": {"level": "L7", "count": -1}, "params": {"fidelity": "loose"}, "field": {}
     });
     let expected = [
         "/accept/count",
@@ -40,7 +40,7 @@ fn all_violations_are_reported_at_once() {
         "/features/corner",
         "/field",
         "/method",
-        "/params",
+        "/params/fidelity",
         "/seed",
         "/smoothing",
         "/strokes/0",
@@ -90,6 +90,23 @@ fn sizes_strokes_and_symmetry_reach_the_engine() {
     for size in [-1.0, 100.5] {
         assert_eq!(pointers(json!({ "adaptive_size": size })), ["/adaptive_size"]);
     }
+}
+
+#[test]
+fn parameters_are_judged_by_their_method_and_have_its_defaults() {
+    let parameters = |spec: Value| serde_json::to_value(resolve(&spec).unwrap().summary()).unwrap()["params"].clone();
+    assert_eq!(parameters(json!({})), json!({"branch_price": 0.3}));
+    assert_eq!(parameters(json!({"params": {"branch_price": 1}})), json!({"branch_price": 1.0}));
+    assert_eq!(parameters(json!({"method": "triangle-split"})), json!({"fidelity": "strict"}));
+    for (params, pointer) in [
+        (json!({"branch_price": -1}), "/params/branch_price"),
+        (json!({"branch_price": "1"}), "/params/branch_price"),
+        (json!({"fidelity": "loose"}), "/params/fidelity"),
+        (json!(7), "/params"),
+    ] {
+        assert_eq!(pointers(json!({ "params": params })), [pointer]);
+    }
+    assert_eq!(pointers(json!({"method": "triangle-pairs", "params": {"fidelity": "no"}})), ["/params/fidelity"]);
 }
 
 #[test]

@@ -2,15 +2,13 @@
 
 use glam::DVec3;
 
-use crate::engine::fallback::matching;
 use crate::engine::mesh::{NONE, Surface, next, prev};
+use crate::engine::methods::subdivide::Polygon;
+use crate::engine::methods::triangle_pairs::matching;
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Sine of the flattest corner that a paired quad may have.
 const LEAST_SINE: f64 = 0.25;
-
-/// A triangle (the last corner is `NONE`) or a quad, counter-clockwise.
-pub(super) type Polygon = [u32; 4];
 
 /// Joins triangles over edges that are no features, the best pairs first and then as many as possible. Every interior
 /// vertex keeps at least three edges.

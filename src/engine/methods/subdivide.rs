@@ -3,9 +3,11 @@
 
 use glam::DVec3;
 
-use crate::engine::fallback::pair::Polygon;
 use crate::engine::mesh::{NONE, Surface};
 use crate::engine::quad::{Anchor, QuadDraft, QuadMesh};
+
+/// A triangle (the last corner is `NONE`) or a quad, counter-clockwise.
+pub(super) type Polygon = [u32; 4];
 
 /// Sine of the flattest corner that a bent side may leave.
 const LEAST_SINE: f64 = 0.1;

@@ -1,0 +1,82 @@
+//! The triangles that the map lives on: fine enough for the density, with room between features.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::engine::field::BranchOptions;
+use crate::engine::mesh::{Surface, graded_working_mesh, working_mesh};
+use crate::engine::methods::quad_cover::QuadCoverOptions;
+use crate::engine::problem::{Align, Boundary, Problem, WorkingMesh};
+use crate::engine::run::{Cancelled, RunContext};
+
+/// A working surface and how its corners are numbered on the surface that it stands for.
+#[derive(Clone, Debug)]
+pub struct Working {
+    /// The surface.
+    pub surface: Surface,
+    /// Per corner of the working surface (sorted), the vertex of the original surface at the same place.
+    pub corner_of: BTreeMap<u32, u32>,
+    /// Per vertex of the working surface the logarithm of the size of quads; empty if all are to be alike.
+    pub log_size: Vec<f64>,
+}
+
+impl Working {
+    /// What the problem that this stands for asks of the method.
+    pub fn options(&self, problem: &Problem, branch_points: Option<BranchOptions>) -> QuadCoverOptions {
+        let wishes = &problem.wishes;
+        let has_boundary = problem.surface.mesh.topology().boundaries > 0;
+        QuadCoverOptions {
+            edge_length: problem.edge_length,
+            log_size: self.log_size.clone(),
+            quads: wishes.adapts_count.then_some(problem.quads),
+            smoothing: wishes.smoothing,
+            guided: wishes.align == Align::Curvature,
+            branch_points,
+            strokes: problem.strokes.to_vec(),
+            boundary_free: wishes.boundary == Boundary::Free && has_boundary,
+        }
+    }
+}
+
+/// Longest triangle edge relative to a quad edge: singularities need triangles between them.
+const LONGEST_EDGE: f64 = 0.55;
+/// Most triangles of a working mesh.
+const MAX_FACES: usize = 1_000_000;
+
+/// Makes the working surface for the quads of a problem.
+///
+/// # Errors
+/// [`Cancelled`] only.
+pub fn working_surface(ctx: &RunContext, problem: &Problem) -> Result<Working, Cancelled> {
+    let Problem { surface, index, edge_length, .. } = problem;
+    let max_edge = LONGEST_EDGE * edge_length;
+    let size = |p: DVec3| problem.log_size_at(p);
+    let working = match problem.wishes.working_mesh {
+        WorkingMesh::Input => Surface::clone(surface),
+        // Numbered by its shape: the quads are not to depend on the numbering of the input.
+        WorkingMesh::Auto => {
+            let surface = surface.in_canonical_order();
+            match problem.is_even() {
+                true => working_mesh(ctx, &surface, index, max_edge, MAX_FACES)?,
+                false => graded_working_mesh(ctx, &surface, index, max_edge, size, MAX_FACES)?,
+            }
+        }
+    };
+    let corner_of = corner_map(&working, surface);
+    let log_size = match problem.is_even() {
+        true => Vec::new(),
+        false => working.mesh.positions().par_iter().map(|&p| size(p)).collect(),
+    };
+    Ok(Working { surface: working, corner_of, log_size })
+}
+
+/// Per corner of a remeshed surface, the vertex of the original at the same place.
+fn corner_map(remeshed: &Surface, original: &Surface) -> BTreeMap<u32, u32> {
+    let key = |p: DVec3| p.to_array().map(f64::to_bits);
+    let at: BTreeMap<[u64; 3], u32> =
+        original.features.corners.iter().map(|&v| (key(original.mesh.position(v)), v)).collect();
+    let corners = remeshed.features.corners.iter();
+    corners.filter_map(|&v| at.get(&key(remeshed.mesh.position(v))).map(|&home| (v, home))).collect()
+}

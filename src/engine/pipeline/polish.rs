@@ -1,0 +1,215 @@
+//! From a draft to the best quads that can be made of it without another attempt: a list of steps, each of which is kept
+//! if and only if the quality rises.
+
+use crate::engine::pipeline::attempt::Regularity;
+use crate::engine::pipeline::judged::{Judged, PART_LOST, judge};
+use crate::engine::problem::Problem;
+use crate::engine::quad::{Bad, OptimiseOptions, QuadDraft};
+use crate::engine::quad::{improve_connectivity, optimise, pillow_quads, reach_out, remove_doublets, repair_quads};
+use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
+
+/// Sweeps of the optimiser.
+const SWEEPS: usize = 20;
+/// How often single quads are mended, each time leaving alone what was refused before.
+const TRIES: usize = 3;
+
+/// What is polished: quads that were made for `problem`, which `whole` became when something was given up or refined.
+pub(super) struct Polisher<'a> {
+    pub(super) ctx: &'a RunContext,
+    pub(super) whole: &'a Problem,
+    pub(super) problem: &'a Problem,
+}
+
+/// A step: from the draft as it came and the best quads so far to candidates, best guess first.
+type Step = for<'a> fn(&Polisher<'a>, &QuadDraft, Regularity, &Judged) -> Result<Vec<QuadDraft>, Cancelled>;
+
+/// The steps in order, for quads that have their certificate.
+const STEPS: [Step; 7] = [without_doublets, reaching, reconnected, convex, split, split, facing];
+
+impl Polisher<'_> {
+    /// The best quads that come of a draft: certified, or with the reasons why not.
+    ///
+    /// # Errors
+    /// A stop; a deadline only as long as nothing is certified.
+    pub(super) fn polish(&self, draft: QuadDraft, regularity: Regularity) -> Result<Judged, Cancelled> {
+        let mut best = self.valid(&draft, regularity)?;
+        if !best.is_certified() {
+            return Ok(best);
+        }
+        for step in STEPS {
+            match self.improved(step, &draft, regularity, &best) {
+                // There is something to deliver, whatever the deadline says.
+                Err(Cancelled(StopReason::Deadline)) => break,
+                better => best = better?.unwrap_or(best),
+            }
+        }
+        Ok(best)
+    }
+
+    /// What a step gives if that is better.
+    fn improved(
+        &self,
+        step: Step,
+        draft: &QuadDraft,
+        regularity: Regularity,
+        best: &Judged,
+    ) -> Result<Option<Judged>, Cancelled> {
+        let mut better: Option<Judged> = None;
+        for candidate in step(self, draft, regularity, best)? {
+            let candidate = self.mended(candidate)?;
+            if candidate.quality > better.as_ref().unwrap_or(best).quality {
+                better = Some(candidate);
+            }
+        }
+        Ok(better)
+    }
+
+    /// Quads whose certificate passes, if there are any: relaxed; with other connectivity; as they came, because where
+    /// the surface is folded below the size of the quads moving them does more harm than good.
+    fn valid(&self, draft: &QuadDraft, regularity: Regularity) -> Result<Judged, Cancelled> {
+        let relaxed = match regularity {
+            Regularity::Regular => self.relaxed(draft.clone(), Vec::new())?,
+            Regularity::Irregular => self.reconnected(draft.clone())?,
+        };
+        let mut best = self.mended(relaxed)?;
+        if best.is_certified() {
+            return Ok(best);
+        }
+        if regularity == Regularity::Regular {
+            best = self.mended(self.reconnected(best.draft.clone())?)?.max_by_quality(best);
+        }
+        if !best.is_certified() {
+            best = self.mended(draft.clone())?.max_by_quality(best);
+        }
+        Ok(best)
+    }
+
+    fn judged(&self, draft: QuadDraft) -> Result<Judged, Cancelled> {
+        judge(self.ctx, self.whole, self.problem, draft)
+    }
+
+    /// The draft, or what comes of it when single quads that fail are mended, whichever is better.
+    fn mended(&self, draft: QuadDraft) -> Result<Judged, Cancelled> {
+        let judged = self.judged(draft)?;
+        if judged.is_certified() {
+            return Ok(judged);
+        }
+        let Problem { surface, index, .. } = self.problem;
+        let mended = self
+            .ctx
+            .stage(Stage::Optimise, |ctx| repair_quads(ctx, surface, index, &judged.draft, Bad::TurnedOver, &[]))?;
+        match mended {
+            Some(mended) => Ok(self.judged(mended)?.max_by_quality(judged)),
+            None => Ok(judged),
+        }
+    }
+
+    fn reconnected(&self, draft: QuadDraft) -> Result<QuadDraft, Cancelled> {
+        let Problem { surface, index, .. } = self.problem;
+        let draft = self.ctx.stage(Stage::Optimise, |ctx| improve_connectivity(ctx, surface, index, draft))?;
+        self.relaxed(draft, Vec::new())
+    }
+
+    /// The draft with its vertices moved to where they are best, except those that are held.
+    fn relaxed(&self, draft: QuadDraft, held: Vec<bool>) -> Result<QuadDraft, Cancelled> {
+        let Problem { surface, index, edge_length, log_size, strokes, .. } = self.problem;
+        let options = OptimiseOptions {
+            edge_length: *edge_length,
+            iterations: SWEEPS,
+            log_size: log_size.clone(),
+            strokes: strokes.to_vec(),
+            held,
+        };
+        self.ctx.stage(Stage::Optimise, |ctx| optimise(ctx, surface, index, draft, &options))
+    }
+
+    /// The quads with some of the bad ones mended; places where that did harm are left alone the next time.
+    fn repaired(&self, best: &Judged, which: Bad) -> Result<Vec<QuadDraft>, Cancelled> {
+        let Problem { surface, index, .. } = self.problem;
+        let mut leave = Vec::new();
+        for _ in 0..TRIES {
+            let mended =
+                self.ctx.stage(Stage::Optimise, |ctx| repair_quads(ctx, surface, index, &best.draft, which, &leave))?;
+            let Some(mended) = mended else { break };
+            let judged = self.judged(mended.clone())?;
+            if judged.is_certified() {
+                return Ok(vec![mended]);
+            }
+            if judged.failing.is_empty() {
+                break;
+            }
+            leave.extend(judged.failing);
+        }
+        Ok(Vec::new())
+    }
+}
+
+impl Judged {
+    /// Whichever is better; the first of equals.
+    fn max_by_quality(self, other: Self) -> Self {
+        if self.quality >= other.quality { self } else { other }
+    }
+}
+
+/// Without vertices of two quads.
+fn without_doublets(
+    work: &Polisher<'_>,
+    _: &QuadDraft,
+    _: Regularity,
+    best: &Judged,
+) -> Result<Vec<QuadDraft>, Cancelled> {
+    let Problem { surface, index, .. } = work.problem;
+    let single = work.ctx.stage(Stage::Optimise, |ctx| remove_doublets(ctx, surface, index, &best.draft))?;
+    Ok(single.into_iter().collect())
+}
+
+/// With tips pulled out to the surface, relaxed around them and not.
+fn reaching(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
+    let Problem { surface, index, edge_length, .. } = work.problem;
+    let reach =
+        |draft: &QuadDraft| work.ctx.stage(Stage::Optimise, |ctx| reach_out(ctx, surface, index, draft, *edge_length));
+    let Some(reached) = reach(&best.draft)? else { return Ok(Vec::new()) };
+    // Those that were pulled stay; the others come after them.
+    let before = &best.draft.mesh.positions;
+    let held = reached.mesh.positions.iter().enumerate().map(|(v, p)| before.get(v) != Some(p)).collect();
+    let relaxed = work.relaxed(reached.clone(), held)?;
+    let relaxed = reach(&relaxed)?.unwrap_or(relaxed);
+    Ok(vec![relaxed, reached])
+}
+
+/// With other connectivity, where a part of the surface is cut off: it may not be then.
+fn reconnected(
+    work: &Polisher<'_>,
+    draft: &QuadDraft,
+    regularity: Regularity,
+    best: &Judged,
+) -> Result<Vec<QuadDraft>, Cancelled> {
+    if regularity == Regularity::Irregular || best.away <= PART_LOST {
+        return Ok(Vec::new());
+    }
+    let Problem { surface, index, edge_length, .. } = work.problem;
+    let other = work.reconnected(draft.clone())?;
+    let reached = work.ctx.stage(Stage::Optimise, |ctx| reach_out(ctx, surface, index, &other, *edge_length))?;
+    Ok(vec![reached.unwrap_or(other)])
+}
+
+/// With fewer straight or reflex corners.
+fn convex(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
+    if best.quality.straight == 0 { Ok(Vec::new()) } else { work.repaired(best, Bad::Reflex) }
+}
+
+/// With quads that have a straight or reflex corner split into five. What had no room at first may have some among the
+/// parts of others, so this comes more than once.
+fn split(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
+    if best.quality.straight == 0 {
+        return Ok(Vec::new());
+    }
+    let Problem { surface, index, .. } = work.problem;
+    let split = work.ctx.stage(Stage::Optimise, |ctx| pillow_quads(ctx, surface, index, &best.draft))?;
+    Ok(split.into_iter().collect())
+}
+
+/// With fewer quads that turn their back to the surface beneath their centre.
+fn facing(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
+    if best.quality.inverted == 0 { Ok(Vec::new()) } else { work.repaired(best, Bad::Against) }
+}

@@ -1,0 +1,215 @@
+//! One component, from the problem to its quads: methods propose, one judge chooses, the best is kept.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use glam::DVec3;
+
+use crate::engine::mesh::Features;
+use crate::engine::methods::{Level, MapProduct, Method, MethodRef, Parameters, TrianglePairs, TriangleSplit};
+use crate::engine::pipeline::attempt::{Attempt, Extracted, NoQuads};
+use crate::engine::pipeline::costs::FIRST_TRY;
+use crate::engine::pipeline::judged::Judged;
+use crate::engine::pipeline::plan::{Plan, costs};
+use crate::engine::pipeline::polish::Polisher;
+use crate::engine::pipeline::remedies::{Diagnosis, has_boundary};
+use crate::engine::pipeline::spec::RemeshSpec;
+use crate::engine::problem::{Boundary, Problem};
+use crate::engine::quad::QuadDraft;
+use crate::engine::run::{Cancelled, RunContext, StopReason, Warning, WarningKind};
+
+/// What became of one component.
+#[derive(Debug)]
+pub(super) struct Solution {
+    pub(super) draft: QuadDraft,
+    pub(super) level: Level,
+    /// The map, also where the quads do not come from it.
+    pub(super) map: Option<Box<MapProduct>>,
+    /// The features that the quads keep, where some of the component's were given up.
+    pub(super) kept_features: Option<Features>,
+    pub(super) warnings: Vec<Warning>,
+}
+
+/// Quads of an attempt, judged.
+struct Candidate {
+    judged: Judged,
+    level: Level,
+    map: Option<Box<MapProduct>>,
+    attempt: Attempt,
+}
+
+/// Finds certified quads for a component. When the deadline passes, the best certified quads so far are the answer; where
+/// there are none, split triangles, if they are made before the overtime ends.
+///
+/// # Errors
+/// A stop of the run, or the cause why there are no certified quads.
+pub(super) fn solve(
+    ctx: &RunContext,
+    problem: &Problem,
+    spec: &RemeshSpec,
+) -> Result<Result<Solution, String>, Cancelled> {
+    let mut search = Search { whole: problem, spec, best: None, map: None, warnings: Vec::new(), cause: String::new() };
+    match search.run(ctx) {
+        Err(stop @ Cancelled(StopReason::Deadline)) => search.cut(ctx, stop)?,
+        done => done?,
+    }
+    Ok(search.solution())
+}
+
+/// Where the method asked for may need more than this share of the time, a sure method is asked first: a prediction from
+/// sizes is within about a factor of two.
+const SAFE_SHARE: f64 = 0.5;
+
+/// An attempt of a sure method.
+fn substitute(method: &'static dyn Method, whole: &Problem, change: &'static str) -> Attempt {
+    let mut problem = whole.clone();
+    problem.wishes.boundary = Boundary::Align;
+    Attempt { method: MethodRef(method), parameters: Parameters::default(), problem, change }
+}
+
+struct Search<'a> {
+    whole: &'a Problem,
+    spec: &'a RemeshSpec,
+    /// The best quads so far.
+    best: Option<Candidate>,
+    /// A map, where quads come from elsewhere.
+    map: Option<Box<MapProduct>>,
+    warnings: Vec<Warning>,
+    /// Why the last attempt failed.
+    cause: String,
+}
+
+impl Search<'_> {
+    fn run(&mut self, ctx: &RunContext) -> Result<(), Cancelled> {
+        let asked = Attempt {
+            method: self.spec.method,
+            parameters: self.spec.parameters.clone(),
+            problem: self.whole.clone(),
+            change: "as asked for",
+        };
+        if costs(&asked).total() > SAFE_SHARE * self.spec.time_limit && asked.method != MethodRef(&TrianglePairs) {
+            let safe = substitute(&TrianglePairs, self.whole, "before anything that may take long");
+            self.attempt(ctx, &safe)?;
+        }
+        // Features that the user named are never given up.
+        let mut plan = Plan::new(asked, self.spec.effort, self.spec.features.edges.is_empty());
+        while let Some(attempt) = plan.next(ctx)? {
+            let (diagnosis, places) = self.attempt(ctx, &attempt)?;
+            if diagnosis == Diagnosis::Complete {
+                break;
+            }
+            plan.learn(&attempt, diagnosis, &places);
+        }
+        Ok(())
+    }
+
+    /// Makes an attempt; what is wrong with it, and where.
+    fn attempt(&mut self, ctx: &RunContext, attempt: &Attempt) -> Result<(Diagnosis, Vec<DVec3>), Cancelled> {
+        let ctx = &ctx.attempt(FIRST_TRY).planned(costs(attempt));
+        let work = || {
+            let Extracted { draft, regularity, level, map } = attempt.quads(ctx)?;
+            let polisher = Polisher { ctx, whole: self.whole, problem: &attempt.problem };
+            match polisher.polish(draft, regularity) {
+                Ok(judged) => Ok((judged, level, map)),
+                Err(stop) => Err(NoQuads::Cancelled(stop)),
+            }
+        };
+        // A panic costs the component an attempt, never the run.
+        let Ok(made) = catch_unwind(AssertUnwindSafe(work)) else {
+            let attempt = format!("no quads by {} {}", attempt.method.name(), attempt.change);
+            self.warnings.push(WarningKind::InternalError { attempt }.into());
+            return Ok((Diagnosis::Nothing, Vec::new()));
+        };
+        let (mut judged, level, map) = match made {
+            Ok(made) => made,
+            Err(NoQuads::Cancelled(stop)) => return Err(stop),
+            Err(NoQuads::Cause { cause, map }) => {
+                let diagnosis = if map.is_some() { Diagnosis::NoQuads } else { Diagnosis::Nothing };
+                self.map = self.map.take().or(map);
+                self.failed(attempt, "no quads", cause, &[]);
+                return Ok((diagnosis, Vec::new()));
+            }
+        };
+        judged.quality.is_substitute = attempt.method != self.spec.method;
+        let (diagnosis, places) = diagnose(&judged);
+        if !judged.is_certified() {
+            self.failed(attempt, "no certificate", judged.cause(), &places);
+        }
+        if self.best.as_ref().is_none_or(|best| judged.quality > best.judged.quality) {
+            let before = self.best.replace(Candidate { judged, level, map, attempt: attempt.clone() });
+            self.map = self.map.take().or(before.and_then(|before| before.map));
+        } else {
+            self.map = self.map.take().or(map);
+        }
+        Ok((diagnosis, places))
+    }
+
+    fn failed(&mut self, attempt: &Attempt, what: &str, cause: String, places: &[DVec3]) {
+        let is_open = attempt.problem.wishes.boundary == Boundary::Free && has_boundary(&attempt.problem);
+        let kind = match is_open {
+            true => WarningKind::BoundaryFollowed { cause: cause.clone() },
+            false => {
+                let attempt = format!("{what} for quads by {} {}", attempt.method.name(), attempt.change);
+                WarningKind::AttemptFailed { attempt, cause: cause.clone() }
+            }
+        };
+        self.cause = cause;
+        self.warnings.push(Warning::new(kind, None, places));
+    }
+
+    /// What can be done after the deadline: certified quads are the answer, and where there are none, split triangles.
+    fn cut(&mut self, ctx: &RunContext, stop: Cancelled) -> Result<(), Cancelled> {
+        if self.best.as_ref().is_some_and(|best| best.judged.is_certified()) {
+            return Ok(());
+        }
+        let attempt = substitute(&TriangleSplit, self.whole, "at the deadline");
+        let effect = "there was no time for better quads than split triangles".to_owned();
+        self.warnings.push(WarningKind::Deadline { effect }.into());
+        self.attempt(&ctx.late(), &attempt)?;
+        match &self.best {
+            Some(best) if best.judged.is_certified() => Ok(()),
+            _ => Err(stop),
+        }
+    }
+
+    fn solution(self) -> Result<Solution, String> {
+        let Self { whole, spec, best, map, mut warnings, cause } = self;
+        let Some(Candidate { judged, level, map: own, attempt }) = best.filter(|best| best.judged.is_certified())
+        else {
+            return Err(cause);
+        };
+        if attempt.method != spec.method {
+            warnings.push(WarningKind::Fallback { level: level as u8 }.into());
+        }
+        if own.is_none() && !(whole.is_even() && whole.strokes.is_empty()) {
+            warnings.push(WarningKind::GuidanceIgnored {}.into());
+        }
+        if let Some(triangles) = own.as_ref().and_then(|map| map.search_left_out) {
+            warnings.push(WarningKind::OptimiseLeftOut { triangles }.into());
+        }
+        let (quads, wanted) = (judged.draft.mesh.quads.len(), whole.quads.round() as usize);
+        let is_finer = attempt.problem.edge_length < whole.edge_length || !attempt.problem.refined.is_empty();
+        if own.is_some() && is_finer {
+            let places: Vec<DVec3> = attempt.problem.refined.iter().map(|place| place.at).collect();
+            let kind = WarningKind::DensityFloor { around: places.len(), quads, wanted };
+            warnings.push(Warning::new(kind, None, &places));
+        }
+        let features = &attempt.problem.surface.features;
+        let kept_features = (*features != whole.surface.features).then(|| features.clone());
+        Ok(Solution { draft: judged.draft, level, map: own.or(map), kept_features, warnings })
+    }
+}
+
+fn diagnose(judged: &Judged) -> (Diagnosis, Vec<DVec3>) {
+    let quality = &judged.quality;
+    if !judged.is_certified() {
+        let diagnosis = if judged.failing.is_empty() { Diagnosis::Global } else { Diagnosis::Local };
+        return (diagnosis, judged.failing.clone());
+    }
+    if quality.misses_count || quality.loses_a_part {
+        return (Diagnosis::Incomplete, judged.lost.into_iter().chain(judged.folded.iter().copied()).collect());
+    }
+    if quality.folded > 0 {
+        return (Diagnosis::Folded, judged.folded.clone());
+    }
+    (Diagnosis::Complete, Vec::new())
+}
