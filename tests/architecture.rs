@@ -15,6 +15,7 @@ const FLOORS: &[&str] = &[
     "fallback",
     "attributes",
     "certify",
+    "mend",
     "render",
     "methods",
     "pipeline",

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! run ← numerics ← mesh ← topology ← field ← parameterize ← quad ← fallback ┐
-//!                                                attributes, certify, render ┴← methods ← pipeline
+//!                                         attributes, certify ← mend, render ┴← methods ← pipeline
 //! ```
 //!
 //! Stages are functions from plain results to a plain result, with the [`run::RunContext`] first. All methods end in
@@ -12,6 +12,7 @@ pub mod attributes;
 pub mod certify;
 pub mod fallback;
 pub mod field;
+pub mod mend;
 pub mod mesh;
 pub mod methods;
 pub mod numerics;
