@@ -48,9 +48,9 @@ pub struct Mended {
     pub left: Vec<DVec3>,
     /// Discs that were changed, each time counted that they grew.
     pub discs: usize,
-    /// Vertices of the draft that was given whose position changed or that are gone, sorted. All others are where they
-    /// were, bit for bit, and quads with only such vertices are as they were or inside a disc.
-    pub touched: Vec<u32>,
+    /// Quads of the draft that was given in discs that were changed, sorted. All others are as they were, and so, bit for
+    /// bit, are all vertices that any other quad has.
+    pub changed: Vec<u32>,
 }
 
 /// Mends the bad quads of a draft on a connected surface where they are: those that
@@ -72,7 +72,7 @@ pub fn mend(
 ) -> Result<Mended, Cancelled> {
     ctx.check()?;
     let mean = mean_edge(&draft);
-    let mut mended = Mended { draft, found: 0, fixed: 0, left: Vec::new(), discs: 0, touched: Vec::new() };
+    let mut mended = Mended { draft, found: 0, fixed: 0, left: Vec::new(), discs: 0, changed: Vec::new() };
     if !(is_sound(surface, &mended.draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(mended);
     }
@@ -103,6 +103,7 @@ pub fn mend(
         for (own, patch) in discs.iter().zip(solved) {
             if let Some(patch) = patch {
                 mended.discs += 1;
+                mended.changed.extend(own.iter().filter(|&&slot| (slot as usize) < all.len()));
                 changed.extend(work.put_back(own, &patch));
             }
         }
@@ -111,12 +112,8 @@ pub fn mend(
     mended.fixed = mended.found.saturating_sub(bad.len());
     mended.left = bad.iter().map(|&slot| work.corners(slot).iter().sum::<DVec3>() / 4.0).collect();
     if mended.discs > 0 {
-        let before = &mended.draft.mesh.positions;
-        let is_touched = |v: &u32| {
-            let v = *v as usize;
-            before[v] != work.positions[v] || work.net.at[v].is_empty()
-        };
-        mended.touched = (0..before.len() as u32).filter(is_touched).collect();
+        mended.changed.sort_unstable();
+        mended.changed.dedup();
         let Work { net, positions, .. } = work;
         mended.draft = net.into_draft(&positions, &mended.draft);
     }
