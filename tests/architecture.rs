@@ -13,10 +13,11 @@ const FLOORS: &[&str] = &[
     "parameterize",
     "quad",
     "problem",
+    "methods",
     "attributes",
     "certify",
+    "mend",
     "render",
-    "methods",
     "pipeline",
 ];
 

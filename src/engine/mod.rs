@@ -11,6 +11,7 @@
 pub mod attributes;
 pub mod certify;
 pub mod field;
+pub mod mend;
 pub mod mesh;
 pub mod methods;
 pub mod numerics;

@@ -1,10 +1,10 @@
 //! The certificate of a quad mesh: all checks in order, and the measures.
 
 use crate::engine::certify::{
-    Check, QuadReport, QuadTopology, Violation, boundary, components, curves, distance, measure_topology, orientation,
-    shape,
+    Check, Defect, QuadReport, QuadTopology, Requirements, Violation, boundary, components, curves, distance,
+    measure_topology, orientation, shape,
 };
-use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
+use crate::engine::mesh::{Surface, SurfaceIndex};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
@@ -41,6 +41,20 @@ pub fn certify(
     index: &SurfaceIndex,
     quads: &QuadMesh,
 ) -> Result<Certificate, Cancelled> {
+    certify_under(ctx, surface, index, quads, Requirements::default())
+}
+
+/// As [`certify`], with what the certificate demands.
+///
+/// # Errors
+/// Only that the run was stopped.
+pub fn certify_under(
+    ctx: &RunContext,
+    surface: &Surface,
+    index: &SurfaceIndex,
+    quads: &QuadMesh,
+    requirements: Requirements,
+) -> Result<Certificate, Cancelled> {
     ctx.check()?;
     let counts = QuadReport { count: quads.quads.len(), vertices: quads.positions.len(), ..QuadReport::default() };
     let topology = match measure_topology(quads) {
@@ -48,14 +62,16 @@ pub fn certify(
         Err(violations) => return Ok(Certificate::new(violations, counts)),
     };
     let Some(triangles) = distance::triangulate(quads) else {
-        let violation = Violation { check: Check::VertexFan, count: 1, witnesses: Vec::new() };
-        return Ok(Certificate::new(vec![violation], counts));
+        let violation = Violation::unequal(Check::VertexFan, 1, 0);
+        return Ok(Certificate::new(violation.into_iter().collect(), counts));
     };
-    let judged = judge(&ctx.span(0.1, 0.5), surface, index, quads, &topology)?;
+    let judged = judge(&ctx.span(0.1, 0.5), surface, index, quads, &topology, requirements)?;
     let mut measures = shape::measure(quads, &topology, |v| judged.is_corner[v]);
     let diagonal = surface.mesh.diagonal();
-    let distances =
-        distance::measure(&ctx.span(0.5, 1.0), &surface.mesh, index, &triangles, &SurfaceIndex::new(&triangles))?;
+    let limits = far_of_components(quads, &topology);
+    let limit = |quad: u32| topology.component.get(quad as usize).map_or(f64::INFINITY, |&c| limits[c as usize]);
+    let quad_index = SurfaceIndex::new(&triangles);
+    let distances = distance::measure(&ctx.span(0.5, 1.0), &surface.mesh, index, &triangles, &quad_index, limit)?;
     let relative = |d: f64| if diagonal > 0.0 { d / diagonal } else { f64::NAN };
     measures.hausdorff_max = relative(distances.max);
     measures.hausdorff_mean = relative(distances.mean);
@@ -75,9 +91,35 @@ pub fn certify(
     let mut violations = judged.violations;
     let infinite = numbers.iter().filter(|x| !x.is_finite()).count();
     if infinite > 0 {
-        violations.push(Violation { check: Check::Finite, count: infinite, witnesses: Vec::new() });
+        violations.extend(Violation::unequal(Check::Finite, infinite, 0));
+    }
+    if requirements.demand(Check::Far) {
+        let known = violations.iter().find(|v| v.check == Check::Far).map(|v| v.witnesses.clone()).unwrap_or_default();
+        let beneath = distances.far.iter().copied().filter(|f| !known.contains(&f.0));
+        join(&mut violations, Violation::at_places(Check::Far, beneath));
     }
     Ok(Certificate { farthest: distances.farthest, ..Certificate::new(violations, measures) })
+}
+
+/// Per component of the quads, the distance beyond which a quad is far from the surface.
+fn far_of_components(quads: &QuadMesh, topology: &QuadTopology) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); topology.components.len()];
+    for (quad, &c) in quads.quads.iter().zip(&topology.component) {
+        let p = quad.map(|v| quads.positions[v as usize]);
+        let sum = &mut sums[c as usize];
+        sum.0 += (0..4).map(|k| p[k].distance(p[(k + 1) % 4])).sum::<f64>();
+        sum.1 += 4.0;
+    }
+    sums.into_iter().map(|(sum, n)| Defect::far(sum / n)).collect()
+}
+
+fn join(all: &mut Vec<Violation>, more: impl IntoIterator<Item = Violation>) {
+    for violation in more {
+        match all.iter_mut().find(|v| v.check == violation.check) {
+            Some(known) => known.join(violation),
+            None => all.push(violation),
+        }
+    }
 }
 
 /// What the checks against the surface found.
@@ -96,13 +138,14 @@ fn judge(
     index: &SurfaceIndex,
     quads: &QuadMesh,
     topology: &QuadTopology,
+    requirements: Requirements,
 ) -> Result<Judged, Cancelled> {
     let diagonal = surface.mesh.diagonal();
     let surface_parts = surface.parts();
     let quad_parts = components::parts(quads, topology);
     let (pairs, violations) = components::pair(ctx, &surface.mesh, index, &surface_parts, &quad_parts, topology)?;
     if let ([_], [_]) = (surface_parts.as_slice(), quad_parts.as_slice()) {
-        let mut judged = judge_pair(ctx, surface, index, quads, topology, diagonal)?;
+        let mut judged = judge_pair(ctx, surface, index, quads, topology, diagonal, requirements)?;
         judged.violations.splice(0..0, violations);
         return Ok(judged);
     }
@@ -111,14 +154,14 @@ fn judge(
         let mut judged = match measure_topology(&own.mesh) {
             Ok(topology) => {
                 let index = SurfaceIndex::new(&part.surface.mesh);
-                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, diagonal)?
+                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, diagonal, requirements)?
             }
             Err(violations) => Judged { violations, is_corner: Vec::new(), distances: Vec::new() },
         };
         for violation in &mut judged.violations {
             for place in &mut violation.witnesses {
                 *place = match violation.check {
-                    Check::Flipped | Check::ZeroArea => own.quads[*place as usize],
+                    Check::Flipped | Check::ZeroArea | Check::Folded | Check::Far => own.quads[*place as usize],
                     Check::Corner | Check::FeatureCurve | Check::BoundaryCurve => part.vertices[*place as usize],
                     _ => own.vertices[*place as usize],
                 };
@@ -133,12 +176,7 @@ fn judge(
             all.is_corner[v as usize] = is_corner;
         }
         all.distances.extend(part.distances);
-        for violation in part.violations {
-            match all.violations.iter_mut().find(|v| v.check == violation.check) {
-                Some(known) => known.join(violation),
-                None => all.violations.push(violation),
-            }
-        }
+        join(&mut all.violations, part.violations);
     }
     Ok(all)
 }
@@ -152,17 +190,10 @@ fn judge_pair(
     quads: &QuadMesh,
     topology: &QuadTopology,
     diagonal: f64,
+    requirements: Requirements,
 ) -> Result<Judged, Cancelled> {
-    let foot = |(i, &p): (usize, &DVec3)| {
-        if i % 32 == 0 {
-            ctx.check()?;
-        }
-        Ok(index.closest(p))
-    };
-    let feet: Vec<SurfacePoint> = quads.positions.par_iter().enumerate().map(foot).collect::<Result<_, Cancelled>>()?;
     let curves = curves::check(ctx, surface, quads, topology, diagonal)?;
-    let oriented = orientation::check(ctx, index, quads, &feet, diagonal)?;
-    let mut violations: Vec<Violation> = oriented.into_iter().flatten().collect();
+    let mut violations = orientation::check(ctx, surface, index, quads, topology, requirements)?;
     violations.extend(curves.violations);
     violations.extend(boundary::check(&surface.mesh, quads, topology));
     Ok(Judged { violations, is_corner: curves.is_corner, distances: curves.distances })

@@ -1,5 +1,6 @@
 //! What can be wrong with a quad mesh.
 
+use glam::DVec3;
 use std::fmt::{Display, Formatter};
 
 /// The checks of the certificate, all of them fatal.
@@ -30,6 +31,11 @@ pub enum Check {
     ComponentMatch,
     /// A quad is flipped against the surface; witnesses are quads.
     Flipped,
+    /// A quad has a straight or reflex corner; witnesses are quads.
+    Folded,
+    /// A quad or a point of the surface is further than two quad edges from the other side; witnesses are quads, the
+    /// ones nearest to such points of the surface.
+    Far,
     /// A quad has no area; witnesses are quads.
     ZeroArea,
     /// A corner of the feature network is not a vertex of the quads; witnesses are vertices of the surface.
@@ -59,6 +65,8 @@ impl Check {
             Check::Genus => "handles too many or too few",
             Check::ComponentMatch => "components of the surface have no equal among the quads",
             Check::Flipped => "quads are flipped against the surface",
+            Check::Folded => "quads have a corner that is straight or reflex",
+            Check::Far => "quads are further than two edges from the surface beneath them",
             Check::ZeroArea => "quads have no area",
             Check::Corner => "corners of the surface are not vertices of the quads",
             Check::FeatureCurve => "feature curves are not chains of quad edges",
@@ -74,7 +82,7 @@ const MOST_WITNESSES: usize = 200;
 const MOST_TOLD: usize = 10;
 
 /// One failed check.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Violation {
     /// The check that failed.
     pub check: Check,
@@ -82,6 +90,9 @@ pub struct Violation {
     pub count: usize,
     /// The first places, by index; of what, the check says.
     pub witnesses: Vec<u32>,
+    /// Where that is, in model units; empty where a check says nothing about places. For a curve: the first point of each
+    /// piece that is not followed, which may be more or fewer than the witnesses.
+    pub places: Vec<DVec3>,
 }
 
 impl Violation {
@@ -90,7 +101,22 @@ impl Violation {
         let mut places = places.into_iter();
         let witnesses: Vec<u32> = places.by_ref().take(MOST_WITNESSES).collect();
         let count = witnesses.len() + places.count();
-        (count > 0).then_some(Self { check, count, witnesses })
+        (count > 0).then_some(Self { check, count, witnesses, places: Vec::new() })
+    }
+
+    /// The same with the place of each.
+    pub(super) fn at_places(check: Check, places: impl IntoIterator<Item = (u32, DVec3)>) -> Option<Self> {
+        let mut places = places.into_iter();
+        let (witnesses, at): (Vec<u32>, Vec<DVec3>) = places.by_ref().take(MOST_WITNESSES).unzip();
+        let count = witnesses.len() + places.count();
+        (count > 0).then_some(Self { check, count, witnesses, places: at })
+    }
+
+    /// With these places; the first are kept.
+    pub(super) fn with_places(mut self, places: Vec<DVec3>) -> Self {
+        self.places = places;
+        self.places.truncate(MOST_WITNESSES);
+        self
     }
 
     /// Adds another violation of the same check.
@@ -98,12 +124,14 @@ impl Violation {
         self.count += other.count;
         self.witnesses.extend(other.witnesses);
         self.witnesses.truncate(MOST_WITNESSES);
+        self.places.extend(other.places);
+        self.places.truncate(MOST_WITNESSES);
     }
 
     /// The violation of `check` if two numbers differ.
     pub(super) fn unequal(check: Check, found: usize, wanted: usize) -> Option<Self> {
         let count = found.abs_diff(wanted);
-        (count > 0).then_some(Self { check, count, witnesses: Vec::new() })
+        (count > 0).then_some(Self { check, count, witnesses: Vec::new(), places: Vec::new() })
     }
 }
 

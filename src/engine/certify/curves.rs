@@ -72,8 +72,8 @@ pub(super) fn check(
     diagonal: f64,
 ) -> Result<Curves, Cancelled> {
     let (at_corner, is_corner) = match_corners(surface, quads, diagonal);
-    let lost = at_corner.iter().filter(|(_, at)| at.is_empty()).map(|&(v, _)| v);
-    let mut violations: Vec<Violation> = Violation::at(Check::Corner, lost).into_iter().collect();
+    let lost = at_corner.iter().filter(|(_, at)| at.is_empty()).map(|&(v, _)| (v, surface.mesh.position(v)));
+    let mut violations: Vec<Violation> = Violation::at_places(Check::Corner, lost).into_iter().collect();
     let curves = trace(surface);
     let reach = reaches(quads, topology);
     let segments = |only_boundary: bool| {
@@ -108,7 +108,7 @@ pub(super) fn check(
             Ok((candidates, all.distance(s.position)))
         })
         .collect::<Result<_, Cancelled>>()?;
-    let (mut torn, mut start) = ([Vec::new(), Vec::new()], 0);
+    let (mut torn, mut places, mut start) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()], 0);
     for (c, curve) in curves.iter().enumerate() {
         let end = start + samples[start..].iter().take_while(|s| s.curve == c).count();
         let ends = [curve.vertices[0], curve.vertices[curve.vertices.len() - 1]];
@@ -116,12 +116,16 @@ pub(super) fn check(
         let links = links(surface, curve, if curve.is_boundary { &boundary } else { &all });
         if !is_chain(&judged[start..end], &links, &topology.edges, ends) {
             torn[usize::from(curve.is_boundary)].push(curve.vertices[curve.vertices.len() / 2]);
+            let is_lost = |i: usize| judged[i].0.is_empty();
+            let gaps = (start..end).filter(|&i| is_lost(i) && (i == start || !is_lost(i - 1)));
+            places[usize::from(curve.is_boundary)].extend(gaps.map(|i| samples[i].position));
         }
         start = end;
     }
     let [torn_features, torn_boundary] = torn;
-    violations.extend(Violation::at(Check::FeatureCurve, torn_features));
-    violations.extend(Violation::at(Check::BoundaryCurve, torn_boundary));
+    let [at_features, at_boundary] = places;
+    violations.extend(Violation::at(Check::FeatureCurve, torn_features).map(|v| v.with_places(at_features)));
+    violations.extend(Violation::at(Check::BoundaryCurve, torn_boundary).map(|v| v.with_places(at_boundary)));
     Ok(Curves { violations, distances: judged.iter().map(|j| j.1).collect(), is_corner })
 }
 

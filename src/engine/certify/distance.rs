@@ -1,6 +1,6 @@
 //! Sampled distances between the quads and the surface.
 
-use crate::engine::certify::shape::{corners, mean};
+use crate::engine::certify::shape::corners;
 use crate::engine::mesh::{SurfaceIndex, TriMesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
@@ -24,6 +24,9 @@ pub(super) struct Distances {
     pub(super) farthest: Option<DVec3>,
     /// Mean distance of the samples on the quads' area to the surface.
     pub(super) mean: f64,
+    /// Samples of the surface beyond the limit of the quad nearest to them, and that quad; in order of quads, of each
+    /// quad the furthest.
+    pub(super) far: Vec<(u32, DVec3)>,
 }
 
 /// The quads as triangles, each quad as a fan around its centroid, which lies on the bilinear patch of the quad.
@@ -38,21 +41,23 @@ pub(super) fn triangulate(quads: &QuadMesh) -> Option<TriMesh> {
     TriMesh::try_new(positions, faces).ok()
 }
 
-/// The sampled two-sided Hausdorff distance.
+/// The sampled two-sided Hausdorff distance. `limit`: per quad, how far samples of the surface may be from it.
 pub(super) fn measure(
     ctx: &RunContext,
     surface: &TriMesh,
     surface_index: &SurfaceIndex,
     quads: &TriMesh,
     quad_index: &SurfaceIndex,
+    limit: impl Fn(u32) -> f64,
 ) -> Result<Distances, Cancelled> {
     let faces = surface.n_faces() + quads.n_faces();
     let n = (SAMPLES_PER_FACE * faces).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
     let over_area = samples(quads, n, 1);
     let of_area = distances(&ctx.part(0, 4), surface_index, &over_area)?;
+    let mean = of_area.iter().map(|d| d.0).sum::<f64>() / of_area.len().max(1) as f64;
     let (mut max, mut farthest) = (0.0, None);
-    let mut heed = |points: &[DVec3], distances: &[f64]| {
-        for (&p, &distance) in points.iter().zip(distances) {
+    let mut heed = |points: &[DVec3], distances: &[(f64, u32)]| {
+        for (&p, &(distance, _)) in points.iter().zip(distances) {
             if distance > max {
                 (max, farthest) = (distance, Some(p));
             }
@@ -61,19 +66,29 @@ pub(super) fn measure(
     heed(&over_area, &of_area);
     let others =
         [(surface_index, vertices(quads)), (quad_index, samples(surface, n, 2)), (quad_index, vertices(surface))];
+    let mut far: Vec<(u32, f64, DVec3)> = Vec::new();
     for (i, (index, points)) in others.into_iter().enumerate() {
-        heed(&points, &distances(&ctx.part(1 + i, 4), index, &points)?);
+        let found = distances(&ctx.part(1 + i, 4), index, &points)?;
+        heed(&points, &found);
+        if i > 0 {
+            // Four triangles make a quad, in order.
+            let beyond = points.iter().zip(&found).map(|(&p, &(d, face))| (face / 4, d, p));
+            far.extend(beyond.filter(|&(quad, d, _)| d > limit(quad)));
+        }
     }
-    Ok(Distances { max, farthest, mean: mean(&of_area) })
+    far.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    far.dedup_by_key(|f| f.0);
+    Ok(Distances { max, farthest, mean, far: far.into_iter().map(|(quad, _, p)| (quad, p)).collect() })
 }
 
-fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[DVec3]) -> Result<Vec<f64>, Cancelled> {
+fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[DVec3]) -> Result<Vec<(f64, u32)>, Cancelled> {
     let at = |(i, &p): (usize, &DVec3)| {
         if i % 32 == 0 {
             ctx.check()?;
             ctx.step(points.len().div_ceil(32));
         }
-        Ok(index.closest(p).distance)
+        let found = index.closest(p);
+        Ok((found.distance, found.face))
     };
     points.par_iter().enumerate().map(at).collect()
 }

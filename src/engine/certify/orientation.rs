@@ -1,56 +1,77 @@
-//! Quads against the normals of the surface.
+//! Quads against the surface beneath them, one by one and with their neighbours.
 
-use crate::engine::certify::shape::{area_vector, corners};
-use crate::engine::certify::{Check, Violation};
-use crate::engine::mesh::{SurfaceIndex, SurfacePoint};
+use crate::engine::certify::judge::{Defect, QuadJudge, Stance};
+use crate::engine::certify::shape::{corners, mean};
+use crate::engine::certify::{Check, QuadTopology, Requirements, Violation};
+use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// A quad is flipped if its area vector opposes both the normal of the face nearest to its centroid and the mean of
-/// the surface's interpolated normals at its four corners: one witness alone is unreliable where a coarse quad cuts
-/// through a thin wall or noise. Where the surface lies twice in the same place, the side that agrees counts. A quad
-/// has no area if its area is below 1e-12 of the square of its longer diagonal: CAD surfaces have slivers, and their
-/// quads may be as thin. `feet` are the points of the surface nearest to the vertices.
+/// Judges every quad of a connected component by [`QuadJudge`], for quads of their mean edge, and with
+/// [`Requirements::Strict`] every pair of adjacent quads. Places are the centres of quads.
 pub(super) fn check(
     ctx: &RunContext,
+    surface: &Surface,
     index: &SurfaceIndex,
     quads: &QuadMesh,
-    feet: &[SurfacePoint],
-    diagonal: f64,
-) -> Result<[Option<Violation>; 2], Cancelled> {
-    let areas: Vec<DVec3> = (0..quads.quads.len()).map(|q| area_vector(corners(quads, q))).collect();
-    let is_flipped = |q: usize| {
-        let area = areas[q];
-        let around: DVec3 = quads.quads[q].iter().map(|&v| index.smooth_normal(&feet[v as usize])).sum();
-        if area.dot(around) > 0.0 {
-            return false;
+    topology: &QuadTopology,
+    requirements: Requirements,
+) -> Result<Vec<Violation>, Cancelled> {
+    let foot = |(i, &p): (usize, &DVec3)| {
+        if i % 32 == 0 {
+            ctx.check()?;
         }
-        let centroid = corners(quads, q).iter().sum::<DVec3>() / 4.0;
-        let foot = index.closest(centroid);
-        if area.dot(index.normal(foot.face)) > 0.0 {
-            return false;
-        }
-        let reach = foot.distance + 1e-6 * diagonal;
-        index.closest_where(centroid, reach, |face| area.dot(index.normal(face)) > 0.0).is_none()
+        Ok(index.closest(p))
     };
-    let flipped: Vec<bool> = (0..quads.quads.len())
-        .into_par_iter()
-        .map(|q| {
-            if q % 32 == 0 {
-                ctx.check()?;
+    let feet: Vec<SurfacePoint> = quads.positions.par_iter().enumerate().map(foot).collect::<Result<_, Cancelled>>()?;
+    let judge = QuadJudge::new(surface, index, mean_edge(quads, topology));
+    let stance = |(q, quad): (usize, &[u32; 4])| {
+        if q % 32 == 0 {
+            ctx.check()?;
+        }
+        Ok(judge.stance_over(&corners(quads, q), &quad.map(|v| feet[v as usize])))
+    };
+    let stances: Vec<Stance> = quads.quads.par_iter().enumerate().map(stance).collect::<Result<_, Cancelled>>()?;
+    let mut defects: Vec<Option<Defect>> = stances.iter().map(|s| s.defect).collect();
+    if requirements == Requirements::Strict {
+        for (q, r) in adjacent(quads) {
+            if judge.lie_on_each_other(&stances[q], &stances[r]) {
+                let leans = |q: usize| stances[q].area.normalize_or_zero().dot(stances[q].up);
+                defects[if leans(q) < leans(r) { q } else { r }].get_or_insert(Defect::Flipped);
             }
-            Ok(is_flipped(q))
-        })
-        .collect::<Result<_, _>>()?;
-    let is_zero = |q: usize| {
-        let [a, b, c, d] = corners(quads, q);
-        areas[q].length() <= 1e-12 * a.distance_squared(c).max(b.distance_squared(d))
+        }
+    }
+    let of = |defect: Defect, check: Check| {
+        let found = (0u32..).zip(&defects).filter(|(_, d)| **d == Some(defect)).map(|(q, _)| q);
+        let centre = |q: u32| corners(quads, q as usize).iter().sum::<DVec3>() / 4.0;
+        Violation::at_places(check, found.map(|q| (q, centre(q))))
     };
-    let numbers = || 0..areas.len();
-    Ok([
-        Violation::at(Check::Flipped, numbers().filter(|&q| flipped[q] && !is_zero(q)).map(|q| q as u32)),
-        Violation::at(Check::ZeroArea, numbers().filter(|&q| is_zero(q)).map(|q| q as u32)),
-    ])
+    let all = [
+        (Defect::Flipped, Check::Flipped),
+        (Defect::ZeroArea, Check::ZeroArea),
+        (Defect::Folded, Check::Folded),
+        (Defect::Far, Check::Far),
+    ];
+    Ok(all.into_iter().filter(|a| requirements.demand(a.1)).filter_map(|(defect, check)| of(defect, check)).collect())
+}
+
+/// Mean length of the edges.
+pub(super) fn mean_edge(quads: &QuadMesh, topology: &QuadTopology) -> f64 {
+    let length = |e: &[u32; 2]| quads.positions[e[0] as usize].distance(quads.positions[e[1] as usize]);
+    mean(&topology.edges.iter().map(length).collect::<Vec<_>>())
+}
+
+/// The pairs of quads that share an edge.
+fn adjacent(quads: &QuadMesh) -> Vec<(usize, usize)> {
+    let side = |q: usize, k: usize| {
+        let (a, b) = (quads.quads[q][k], quads.quads[q][(k + 1) % 4]);
+        (a.min(b), a.max(b), q)
+    };
+    let mut sides: Vec<(u32, u32, usize)> =
+        (0..quads.quads.len()).flat_map(|q| (0..4).map(move |k| (q, k))).map(|(q, k)| side(q, k)).collect();
+    sides.sort_unstable();
+    let pairs = sides.windows(2).filter(|w| (w[0].0, w[0].1) == (w[1].0, w[1].1));
+    pairs.map(|w| (w[0].2, w[1].2)).collect()
 }

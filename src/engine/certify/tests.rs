@@ -6,7 +6,7 @@ use crate::engine::run::{RunContext, StopReason};
 use glam::{DMat3, DVec3, dvec3};
 
 /// Every triangle as three quads around its centroid: lies exactly on the surface.
-fn split(mesh: &TriMesh) -> QuadMesh {
+pub(super) fn split(mesh: &TriMesh) -> QuadMesh {
     let mut positions = mesh.positions().to_vec();
     let mut middle = vec![0u32; mesh.n_halfedges()];
     for h in (0..mesh.n_halfedges()).filter(|&h| mesh.is_edge_owner(h)) {
@@ -27,16 +27,16 @@ fn split(mesh: &TriMesh) -> QuadMesh {
     QuadMesh { positions, quads }
 }
 
-fn certificate(surface: &Surface, quads: &QuadMesh) -> Certificate {
+pub(super) fn certificate(surface: &Surface, quads: &QuadMesh) -> Certificate {
     certify(&RunContext::silent(), surface, &SurfaceIndex::new(&surface.mesh), quads).unwrap()
 }
 
-fn surface(name: &str, triangles: usize) -> Surface {
+pub(super) fn surface(name: &str, triangles: usize) -> Surface {
     sample_surface(name, triangles).unwrap()
 }
 
 /// Two surfaces as one, the second moved.
-fn join(a: &Surface, b: &Surface, by: DVec3) -> Surface {
+pub(super) fn join(a: &Surface, b: &Surface, by: DVec3) -> Surface {
     let n = a.mesh.n_vertices() as u32;
     let positions = a.mesh.positions().iter().copied().chain(b.mesh.positions().iter().map(|&p| p + by)).collect();
     let faces = a.mesh.faces().iter().copied().chain(b.mesh.faces().iter().map(|f| f.map(|v| v + n))).collect();

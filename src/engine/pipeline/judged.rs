@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::engine::certify::{Certificate, Check, Violation, certify, scaled_jacobian};
+use crate::engine::certify::{Violation, certify, scaled_jacobian};
 use crate::engine::pipeline::quality::Quality;
 use crate::engine::problem::Problem;
 use crate::engine::quad::{QuadDraft, count_against};
@@ -86,7 +86,7 @@ pub(super) fn judge(
         distance_step: if away.is_finite() { Quality::distance_step(away) } else { usize::MAX },
         irregular: measures.irregular_interior + measures.irregular_boundary,
     };
-    let failing = places(&certificate, problem, &draft);
+    let failing = certificate.violations.iter().flat_map(|v| v.places.iter().copied()).collect();
     let lost = certificate.farthest.filter(|_| away > PART_LOST);
     Ok(Judged { draft, quality, away, violations: certificate.violations, failing, folded, lost })
 }
@@ -97,19 +97,4 @@ fn features_given_up(whole: &Problem, problem: &Problem) -> usize {
     let length = |[a, b]: [u32; 2]| mesh.position(a).distance(mesh.position(b));
     let lost: f64 = whole.surface.features.without(&problem.surface.features).map(length).sum();
     (lost / whole.edge_length).ceil() as usize
-}
-
-fn places(certificate: &Certificate, problem: &Problem, draft: &QuadDraft) -> Vec<DVec3> {
-    let of_quad = |q: u32| draft.mesh.quads[q as usize].map(|v| draft.mesh.positions[v as usize]);
-    let mut places = Vec::new();
-    for violation in &certificate.violations {
-        for &witness in &violation.witnesses {
-            match violation.check {
-                Check::Flipped | Check::ZeroArea => places.push(of_quad(witness).iter().sum::<DVec3>() / 4.0),
-                Check::FeatureCurve | Check::Corner => places.push(problem.surface.mesh.position(witness)),
-                _ => {}
-            }
-        }
-    }
-    places
 }

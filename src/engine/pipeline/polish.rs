@@ -1,17 +1,15 @@
 //! From a draft to the best quads that can be made of it without another attempt: a list of steps, each of which is kept
 //! if and only if the quality rises.
 
+use crate::engine::mend::{MendOptions, mend};
 use crate::engine::pipeline::attempt::Regularity;
 use crate::engine::pipeline::judged::{Judged, PART_LOST, judge};
 use crate::engine::problem::Problem;
-use crate::engine::quad::{Bad, OptimiseOptions, QuadDraft};
-use crate::engine::quad::{improve_connectivity, optimise, pillow_quads, reach_out, remove_doublets, repair_quads};
+use crate::engine::quad::{OptimiseOptions, QuadDraft, improve_connectivity, optimise, reach_out, remove_doublets};
 use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 
 /// Sweeps of the optimiser.
 const SWEEPS: usize = 20;
-/// How often single quads are mended, each time leaving alone what was refused before.
-const TRIES: usize = 3;
 
 /// What is polished: quads that were made for `problem`, which `whole` became when something was given up or refined.
 pub(super) struct Polisher<'a> {
@@ -24,7 +22,7 @@ pub(super) struct Polisher<'a> {
 type Step = for<'a> fn(&Polisher<'a>, &QuadDraft, Regularity, &Judged) -> Result<Vec<QuadDraft>, Cancelled>;
 
 /// The steps in order, for quads that have their certificate.
-const STEPS: [Step; 7] = [without_doublets, reaching, reconnected, convex, split, split, facing];
+const STEPS: [Step; 3] = [without_doublets, reaching, reconnected];
 
 impl Polisher<'_> {
     /// The best quads that come of a draft: certified, or with the reasons why not.
@@ -94,14 +92,13 @@ impl Polisher<'_> {
         if judged.is_certified() {
             return Ok(judged);
         }
-        let Problem { surface, index, .. } = self.problem;
-        let mended = self
-            .ctx
-            .stage(Stage::Optimise, |ctx| repair_quads(ctx, surface, index, &judged.draft, Bad::TurnedOver, &[]))?;
-        match mended {
-            Some(mended) => Ok(self.judged(mended)?.max_by_quality(judged)),
-            None => Ok(judged),
+        let Problem { surface, index, edge_length, .. } = self.problem;
+        let options = MendOptions { edge_length: *edge_length };
+        let mended = self.ctx.stage(Stage::Optimise, |ctx| mend(ctx, surface, index, judged.draft.clone(), &options))?;
+        if mended.discs == 0 {
+            return Ok(judged);
         }
+        Ok(self.judged(mended.draft)?.max_by_quality(judged))
     }
 
     fn reconnected(&self, draft: QuadDraft) -> Result<QuadDraft, Cancelled> {
@@ -121,26 +118,6 @@ impl Polisher<'_> {
             held,
         };
         self.ctx.stage(Stage::Optimise, |ctx| optimise(ctx, surface, index, draft, &options))
-    }
-
-    /// The quads with some of the bad ones mended; places where that did harm are left alone the next time.
-    fn repaired(&self, best: &Judged, which: Bad) -> Result<Vec<QuadDraft>, Cancelled> {
-        let Problem { surface, index, .. } = self.problem;
-        let mut leave = Vec::new();
-        for _ in 0..TRIES {
-            let mended =
-                self.ctx.stage(Stage::Optimise, |ctx| repair_quads(ctx, surface, index, &best.draft, which, &leave))?;
-            let Some(mended) = mended else { break };
-            let judged = self.judged(mended.clone())?;
-            if judged.is_certified() {
-                return Ok(vec![mended]);
-            }
-            if judged.failing.is_empty() {
-                break;
-            }
-            leave.extend(judged.failing);
-        }
-        Ok(Vec::new())
     }
 }
 
@@ -191,25 +168,4 @@ fn reconnected(
     let other = work.reconnected(draft.clone())?;
     let reached = work.ctx.stage(Stage::Optimise, |ctx| reach_out(ctx, surface, index, &other, *edge_length))?;
     Ok(vec![reached.unwrap_or(other)])
-}
-
-/// With fewer straight or reflex corners.
-fn convex(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
-    if best.quality.straight == 0 { Ok(Vec::new()) } else { work.repaired(best, Bad::Reflex) }
-}
-
-/// With quads that have a straight or reflex corner split into five. What had no room at first may have some among the
-/// parts of others, so this comes more than once.
-fn split(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
-    if best.quality.straight == 0 {
-        return Ok(Vec::new());
-    }
-    let Problem { surface, index, .. } = work.problem;
-    let split = work.ctx.stage(Stage::Optimise, |ctx| pillow_quads(ctx, surface, index, &best.draft))?;
-    Ok(split.into_iter().collect())
-}
-
-/// With fewer quads that turn their back to the surface beneath their centre.
-fn facing(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
-    if best.quality.inverted == 0 { Ok(Vec::new()) } else { work.repaired(best, Bad::Against) }
 }

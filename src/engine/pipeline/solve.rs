@@ -173,10 +173,10 @@ impl Search<'_> {
 
     fn solution(self) -> Result<Solution, String> {
         let Self { whole, spec, best, map, mut warnings, cause } = self;
-        let Some(Candidate { judged, level, map: own, attempt }) = best.filter(|best| best.judged.is_certified())
-        else {
-            return Err(cause);
-        };
+        let Some(Candidate { judged, level, map: own, attempt }) = best else { return Err(cause) };
+        if !judged.is_certified() {
+            return Err(judged.cause());
+        }
         if attempt.method != spec.method {
             warnings.push(WarningKind::Fallback { level: level as u8 }.into());
         }

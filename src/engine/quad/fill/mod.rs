@@ -27,5 +27,6 @@ mod tests;
 pub use complete::FillReport;
 pub(crate) use complete::{FillError, complete};
 pub(crate) use embedded_graph::{EmbeddedGraph, GraphArc, GraphNode, Tag};
+pub(crate) use patterns::Pattern;
 pub(crate) use rim::{Exit, add_rims};
 pub(crate) use rim_places::RimLoop;

@@ -2,10 +2,10 @@
 
 /// Quads over the corners 0 to n − 1 of a polygon, counter-clockwise, and further nodes from n on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Pattern {
-    pub(super) sides: u32,
-    pub(super) new_nodes: u32,
-    pub(super) quads: Vec<[u32; 4]>,
+pub(crate) struct Pattern {
+    pub(crate) sides: u32,
+    pub(crate) new_nodes: u32,
+    pub(crate) quads: Vec<[u32; 4]>,
 }
 
 /// Above this number of sides only grids are tried.
@@ -15,7 +15,7 @@ const VERY_MANY_SIDES: u32 = 64;
 
 impl Pattern {
     /// An `a` by `b` grid whose first corner is at polygon corner `at`; 2 (a + b) sides. With a = 1 there are no new nodes.
-    pub(super) fn grid(a: u32, b: u32, at: u32) -> Self {
+    pub(crate) fn grid(a: u32, b: u32, at: u32) -> Self {
         let sides = 2 * (a + b);
         let id = |x: u32, y: u32| {
             let round = match (x, y) {
@@ -34,7 +34,7 @@ impl Pattern {
 
     /// Grids around one centre, `spokes.len()` of them, grid i between spokes i and i + 1 of so many segments. Side i of
     /// the patch has as many segments as spokes i − 1 and i + 1 together; the first side begins at polygon corner `at`.
-    pub(super) fn star(spokes: &[u32], at: u32) -> Self {
+    pub(crate) fn star(spokes: &[u32], at: u32) -> Self {
         let k = spokes.len();
         let sides = 2 * spokes.iter().sum::<u32>();
         let centre = sides;
@@ -70,7 +70,7 @@ impl Pattern {
 
     /// A ring of quads around `core`, a pattern for as many sides: new arcs join only new nodes to each other and each
     /// polygon corner to its own new node, so they duplicate nothing.
-    pub(super) fn padded(core: &Pattern) -> Self {
+    pub(crate) fn padded(core: &Pattern) -> Self {
         let n = core.sides;
         let ring = (0..n).map(|i| [i, (i + 1) % n, n + (i + 1) % n, n + i]);
         let quads = ring.chain(core.quads.iter().map(|q| q.map(|v| v + n))).collect();
@@ -78,7 +78,7 @@ impl Pattern {
     }
 
     /// All patterns that are tried for a polygon, for an even number of sides from 4 on.
-    pub(super) fn candidates(sides: u32) -> Vec<Self> {
+    pub(crate) fn candidates(sides: u32) -> Vec<Self> {
         let mut all = Vec::new();
         let half = sides / 2;
         let some = [1, 2, 3, half / 4, half / 3, half / 2];

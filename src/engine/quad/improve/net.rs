@@ -37,11 +37,24 @@ impl QuadNet {
     pub(crate) fn new(draft: &QuadDraft) -> Self {
         let mut at = vec![Vec::new(); draft.mesh.positions.len()];
         for (q, quad) in draft.mesh.quads.iter().enumerate() {
-            quad.iter().for_each(|&v| at[v as usize].push(q as u32));
+            quad.iter().filter(|&&v| v != NONE).for_each(|&v| at[v as usize].push(q as u32));
         }
         let mut feature_edges = draft.feature_edges.clone();
         feature_edges.sort_unstable();
         Self { quads: draft.mesh.quads.clone(), at, anchors: draft.anchors.clone(), feature_edges }
+    }
+
+    /// A new vertex without quads.
+    pub(crate) fn add_vertex(&mut self, anchor: Anchor) -> u32 {
+        self.at.push(Vec::new());
+        self.anchors.push(anchor);
+        self.at.len() as u32 - 1
+    }
+
+    /// A new slot without a quad.
+    pub(crate) fn add_slot(&mut self) -> u32 {
+        self.quads.push(DEAD);
+        self.quads.len() as u32 - 1
     }
 
     pub(crate) fn n_vertices(&self) -> usize {

@@ -36,6 +36,11 @@ impl Curve {
         Self { vertices, points, arcs, closed, boxes }
     }
 
+    /// Its pieces from point to point.
+    pub(crate) fn segments(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        self.points.windows(2).map(|w| [w[0], w[1]])
+    }
+
     /// Whether it has no ends.
     pub(crate) fn is_closed(&self) -> bool {
         self.closed

@@ -18,6 +18,7 @@ mod untangle;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use curves::{Curve, trace_curves};
 pub(crate) use sequence::is_sound;
 pub(crate) use sequence::mean_edge;
 pub use sequence::{OptimiseOptions, optimise};

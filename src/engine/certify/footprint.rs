@@ -1,0 +1,202 @@
+//! The surface's normal averaged over the footprint of a quad.
+//!
+//! A quad cannot follow a wrinkle below its size. What it must agree with is the mean direction of the surface beneath
+//! it, and only of the sheet that it lies on: the mean is taken over what a walk over neighbours reaches, never over what
+//! merely lies near. Walks do not cross features: there the surface turns, and quads end there as well.
+
+use crate::engine::mesh::{NONE, Surface, closest_on_triangle};
+use glam::DVec3;
+
+/// Extent of a cell in edges of a quad: a footprint is two edges wide, so some sixty cells make its mean.
+const CELL: f64 = 0.25;
+/// Most cells in one mean: eight times those of a flat footprint; what is left out lies furthest from the start.
+const MOST: usize = 512;
+/// Cells that turn by more than 120 degrees (cosine) are the two sides of a sheet that is thinner than they are.
+const SHARP: f64 = -0.5;
+/// Slots of the set of cells that were seen, a power of two.
+const SLOTS: usize = 2048;
+
+/// Faces joined to cells of a quarter of a quad's edge, so that a mean costs the same however fine the triangles are.
+#[derive(Clone, Debug)]
+pub(super) struct Cells {
+    /// Per face, its cell.
+    of_face: Vec<u32>,
+    /// Per cell, twice its area vector.
+    area: Vec<DVec3>,
+    /// Per cell, the centroid and the largest distance of a face's centroid from it.
+    ball: Vec<(DVec3, f64)>,
+    /// Per cell, its face if it has only one.
+    single: Vec<u32>,
+    /// Per cell, its neighbours in `neighbours`.
+    start: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
+/// Where a mean is taken: a ball.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ball {
+    pub(super) centre: DVec3,
+    pub(super) radius: f64,
+}
+
+impl Cells {
+    /// Joins the faces of a surface to cells for quads with edges of this length. `barrier`: per halfedge, whether a walk
+    /// stops there. O(F log F).
+    pub(super) fn new(surface: &Surface, barrier: &[bool], edge_length: f64) -> Self {
+        let mesh = &surface.mesh;
+        let n = mesh.n_faces();
+        let reach = 0.5 * CELL * edge_length;
+        let middle = |f: usize| mesh.triangle(f).iter().sum::<DVec3>() / 3.0;
+        let mut of_face = vec![NONE; n];
+        let mut cells = Self {
+            of_face: Vec::new(),
+            area: Vec::new(),
+            ball: Vec::new(),
+            single: Vec::new(),
+            start: vec![0],
+            neighbours: Vec::new(),
+        };
+        let mut members = Vec::new();
+        for seed in 0..n {
+            if of_face[seed] != NONE {
+                continue;
+            }
+            let (cell, at, normal) = (cells.area.len() as u32, middle(seed), mesh.normal(seed));
+            of_face[seed] = cell;
+            members.clear();
+            members.push(seed);
+            let mut next = 0;
+            while let Some(&f) = members.get(next) {
+                next += 1;
+                for t in (3 * f..3 * f + 3).filter(|&h| !barrier[h]).filter_map(|h| mesh.twin(h)) {
+                    // The two sides of a thin sheet are different cells.
+                    let is_near = || middle(t / 3).distance(at) <= reach && mesh.normal(t / 3).dot(normal) >= SHARP;
+                    if of_face[t / 3] == NONE && is_near() {
+                        of_face[t / 3] = cell;
+                        members.push(t / 3);
+                    }
+                }
+            }
+            let size: f64 = members.iter().map(|&f| mesh.area(f)).sum();
+            let weighted: DVec3 = members.iter().map(|&f| mesh.area(f) * middle(f)).sum();
+            let centre = if size > 0.0 { weighted / size } else { at };
+            let radius = members.iter().map(|&f| middle(f).distance(centre)).fold(0.0, f64::max);
+            cells.area.push(members.iter().map(|&f| mesh.area_vector(f)).sum());
+            cells.ball.push((centre, radius));
+            cells.single.push(if let [f] = members[..] { f as u32 } else { NONE });
+        }
+        let across = (0..mesh.n_halfedges()).filter(|&h| !barrier[h]);
+        let mut links: Vec<(u32, u32)> = across
+            .filter_map(|h| Some((of_face[h / 3], of_face[mesh.twin(h)? / 3])))
+            .filter(|&(a, b)| a != b)
+            .collect();
+        links.sort_unstable();
+        links.dedup();
+        for cell in 0..cells.area.len() as u32 {
+            cells.start.push(links.partition_point(|l| l.0 <= cell) as u32);
+        }
+        cells.neighbours = links.into_iter().map(|l| l.1).collect();
+        cells.of_face = of_face;
+        cells
+    }
+
+    /// The mean normal over what a walk from a face reaches within a ball, and on no longer ways than its radius: over
+    /// cells, or over faces where the ball is that of a quad much smaller than the cells are made for. Zero only if all of
+    /// it has no area.
+    pub(super) fn mean(&self, surface: &Surface, barrier: &[bool], face: u32, ball: Ball, fine: bool) -> DVec3 {
+        let mesh = &surface.mesh;
+        let mut walk = Walk::new();
+        let mut sum = DVec3::ZERO;
+        walk.offer(Step {
+            at: if fine { face } else { self.of_face[face as usize] },
+            way: 0.0,
+            from: ball.centre,
+            normal: DVec3::ZERO,
+        });
+        while let Some(step) = walk.next() {
+            let single = if fine { step.at } else { self.single[step.at as usize] };
+            let (area, place, slack) = if single == NONE {
+                let (centre, radius) = self.ball[step.at as usize];
+                (self.area[step.at as usize], centre, radius)
+            } else {
+                let corners = mesh.triangle(single as usize);
+                (part_within(&corners, 2.0 * ball.radius), closest_on_triangle(ball.centre, &corners).1, 0.0)
+            };
+            // The quad may hover over its start: the way begins there.
+            let way = if walk.taken == 1 { 0.0 } else { step.way + step.from.distance(place) };
+            let normal = area.normalize_or_zero();
+            if way > ball.radius + slack || normal.dot(step.normal) < SHARP {
+                continue;
+            }
+            sum += area;
+            let mut offer = |at: u32| walk.offer(Step { at, way, from: place, normal });
+            if fine {
+                let f = 3 * step.at as usize;
+                (f..f + 3).filter(|&h| !barrier[h]).filter_map(|h| mesh.twin(h)).for_each(|t| offer(t as u32 / 3));
+            } else {
+                let range = self.start[step.at as usize] as usize..self.start[step.at as usize + 1] as usize;
+                self.neighbours[range].iter().for_each(|&cell| offer(cell));
+            }
+        }
+        sum.normalize_or_zero()
+    }
+}
+
+/// Twice the area vector of the part of a triangle that a ball of this diameter can hold.
+fn part_within(&[a, b, c]: &[DVec3; 3], diameter: f64) -> DVec3 {
+    let area = (b - a).cross(c - a);
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    if longest <= diameter {
+        return area;
+    }
+    let height = area.length() / longest;
+    area * (diameter / longest) * if height > diameter { diameter / height } else { 1.0 }
+}
+
+/// One cell of a walk and how it was reached.
+#[derive(Clone, Copy)]
+struct Step {
+    at: u32,
+    /// Length of the way to `from`.
+    way: f64,
+    /// The place from which the cell was reached, and the normal there.
+    from: DVec3,
+    normal: DVec3,
+}
+
+/// A walk in breadth, each cell once, without memory from the heap.
+struct Walk {
+    queue: [Step; MOST],
+    filled: usize,
+    taken: usize,
+    seen: [u32; SLOTS],
+}
+
+impl Walk {
+    fn new() -> Self {
+        let nowhere = Step { at: NONE, way: 0.0, from: DVec3::ZERO, normal: DVec3::ZERO };
+        Self { queue: [nowhere; MOST], filled: 0, taken: 0, seen: [NONE; SLOTS] }
+    }
+
+    fn offer(&mut self, step: Step) {
+        if self.filled == MOST {
+            return;
+        }
+        let mut slot = (step.at.wrapping_mul(0x9E37_79B1) >> 16) as usize % SLOTS;
+        while self.seen[slot] != NONE {
+            if self.seen[slot] == step.at {
+                return;
+            }
+            slot = (slot + 1) % SLOTS;
+        }
+        self.seen[slot] = step.at;
+        self.queue[self.filled] = step;
+        self.filled += 1;
+    }
+
+    fn next(&mut self) -> Option<Step> {
+        let step = (self.taken < self.filled).then(|| self.queue[self.taken])?;
+        self.taken += 1;
+        Some(step)
+    }
+}

@@ -1,0 +1,145 @@
+//! Whether one quad stands on the surface as it should: the same predicate for the certificate and for whoever mends.
+
+use crate::engine::certify::footprint::{Ball, Cells};
+use crate::engine::certify::shape::{area_vector, scaled_jacobian};
+use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
+use glam::DVec3;
+
+/// A quad further from the surface than this many edges does not stand for the surface beneath it.
+const FAR: f64 = 2.0;
+/// A quad has no area if its area is below this part of the square of its longer diagonal: CAD surfaces have slivers,
+/// and their quads may be as thin.
+const NO_AREA: f64 = 1e-12;
+/// A face says which sheet a quad lies on if its normal is within 80 degrees of the quad's (cosine); one at right angles
+/// says nothing.
+const TELLING: f64 = 0.17;
+/// Sheets nearer to each other than this many edges lie in the same place.
+const SAME_PLACE: f64 = 1e-3;
+/// Quads with edges below this part of the length that the judge was made for are compared with faces, not cells.
+const SMALL: f64 = 0.5;
+/// Two quads at an edge may turn by 150 degrees (cosine), …
+const MOST_TURNED: f64 = -0.866_025_403_784_438_6;
+/// … or further if the surface turns there by 120 degrees (cosine), which is as much as an average can show.
+const SURFACE_TURNS: f64 = -0.5;
+
+/// What is wrong with a quad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Defect {
+    /// It has no area.
+    ZeroArea,
+    /// Its area vector opposes the normal of the surface, averaged over its footprint.
+    Flipped,
+    /// One of its corners is straight or reflex: the least scaled Jacobian is not positive.
+    Folded,
+    /// Its centre or a corner is further than two edges from the surface.
+    Far,
+}
+
+/// How a quad stands on the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stance {
+    /// Twice the area vector: the cross product of the diagonals.
+    pub area: DVec3,
+    /// The surface's unit normal, averaged over what lies within half an edge of the quad on its own sheet.
+    pub up: DVec3,
+    /// The largest distance of the centre and the corners from the surface, in model units.
+    pub distance: f64,
+    /// The least scaled Jacobian of the corners against the quad's own normal, −1 to 1.
+    pub jacobian: f64,
+    /// What is wrong with the quad, the gravest first named by [`Defect`].
+    pub defect: Option<Defect>,
+}
+
+/// The judge of single quads over one connected surface, for quads with edges of about one length.
+#[derive(Clone, Debug)]
+pub struct QuadJudge<'a> {
+    surface: &'a Surface,
+    index: &'a SurfaceIndex,
+    cells: Cells,
+    /// Per halfedge, whether it lies on a feature or on the boundary.
+    barrier: Vec<bool>,
+    edge_length: f64,
+}
+
+impl<'a> QuadJudge<'a> {
+    /// `index` is the index of `surface.mesh`; `edge_length` is the mean edge of the quads in model units. O(F log F).
+    pub fn new(surface: &'a Surface, index: &'a SurfaceIndex, edge_length: f64) -> Self {
+        let barrier = surface.features.halfedge_flags(&surface.mesh);
+        let cells = Cells::new(surface, &barrier, edge_length);
+        Self { surface, index, cells, barrier, edge_length }
+    }
+
+    /// What is wrong with the quad with these corners, if anything. Some ten microseconds.
+    pub fn defect(&self, corners: &[DVec3; 4]) -> Option<Defect> {
+        self.stance(corners).defect
+    }
+
+    /// How the quad with these corners stands on the surface.
+    pub fn stance(&self, corners: &[DVec3; 4]) -> Stance {
+        self.stance_over(corners, &corners.map(|p| self.index.closest(p)))
+    }
+
+    /// The same where the points of the surface nearest to the corners are known.
+    pub fn stance_over(&self, corners: &[DVec3; 4], feet: &[SurfacePoint; 4]) -> Stance {
+        let area = area_vector(*corners);
+        let centre = corners.iter().sum::<DVec3>() / 4.0;
+        let foot = self.index.closest(centre);
+        let own = area.normalize_or_zero();
+        let edge = (0..4).map(|k| corners[k].distance(corners[(k + 1) % 4])).sum::<f64>() / 4.0;
+        let around = corners.iter().map(|p| p.distance(centre)).sum::<f64>() / 4.0;
+        let ball = Ball { centre, radius: around + 0.5 * edge };
+        let start = self.sheet(own, &foot, feet, edge);
+        let up = self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.edge_length);
+        let distance = feet.iter().map(|f| f.distance).fold(foot.distance, f64::max);
+        let jacobian = scaled_jacobian(*corners);
+        let diagonal = corners[0].distance_squared(corners[2]).max(corners[1].distance_squared(corners[3]));
+        let defect = if area.length() <= NO_AREA * diagonal {
+            Some(Defect::ZeroArea)
+        } else if area.dot(up) <= 0.0 {
+            Some(Defect::Flipped)
+        } else if jacobian <= 0.0 {
+            Some(Defect::Folded)
+        } else {
+            (distance > FAR * self.edge_length).then_some(Defect::Far)
+        };
+        Stance { area, up, distance, jacobian, defect }
+    }
+
+    /// A face of the sheet that a quad with this unit normal lies on: of the faces nearest to its centre and its corners
+    /// the one that agrees best with it; where none does, one that agrees and lies in the same place, or else the one
+    /// beneath the centre.
+    fn sheet(&self, own: DVec3, foot: &SurfacePoint, feet: &[SurfacePoint; 4], edge: f64) -> u32 {
+        let agrees = |face: u32| self.index.normal(face).dot(own);
+        let mut best = (agrees(foot.face), foot.face);
+        for other in feet {
+            let agreement = agrees(other.face);
+            if agreement > best.0 {
+                best = (agreement, other.face);
+            }
+        }
+        if best.0 > TELLING {
+            return best.1;
+        }
+        let other = self.index.closest_where(foot.position, SAME_PLACE * edge, |face| agrees(face) > TELLING);
+        other.map_or(foot.face, |p| p.face)
+    }
+
+    /// Whether two quads at an edge lie folded on each other: they turn by more than 150 degrees and the surface does not.
+    /// Edges on kept features need not be asked about.
+    pub fn lie_on_each_other(&self, a: &Stance, b: &Stance) -> bool {
+        let turned = a.area.normalize_or_zero().dot(b.area.normalize_or_zero());
+        turned < MOST_TURNED && a.up.dot(b.up) > SURFACE_TURNS
+    }
+
+    /// The mean edge of the quads that the judge was made for.
+    pub fn edge_length(&self) -> f64 {
+        self.edge_length
+    }
+}
+
+impl Defect {
+    /// The distance beyond which a quad is [`Defect::Far`], in model units.
+    pub(super) fn far(edge_length: f64) -> f64 {
+        FAR * edge_length
+    }
+}

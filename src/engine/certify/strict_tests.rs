@@ -1,0 +1,117 @@
+//! What only [`Requirements::Strict`] refuses, and what the scale of the quads forgives.
+
+use crate::engine::certify::tests::{certificate, join, split, surface};
+use crate::engine::certify::{Check, Requirements, certify_under};
+use crate::engine::mesh::shapes::{SHAPES, sample};
+use crate::engine::mesh::{Features, Surface, SurfaceIndex, TriMesh};
+use crate::engine::quad::QuadMesh;
+use crate::engine::run::RunContext;
+use glam::{DVec3, dvec3};
+
+fn strict(surface: &Surface, quads: &QuadMesh) -> Vec<(Check, usize)> {
+    let index = SurfaceIndex::new(&surface.mesh);
+    let result = certify_under(&RunContext::silent(), surface, &index, quads, Requirements::Strict).unwrap();
+    assert_eq!(result.certified, result.violations.is_empty());
+    for v in result.violations.iter().filter(|v| matches!(v.check, Check::Folded | Check::Far | Check::Flipped)) {
+        assert_eq!(v.witnesses.len(), v.places.len(), "every quad has its place");
+    }
+    result.violations.iter().map(|v| (v.check, v.count)).collect()
+}
+
+#[test]
+fn an_exact_split_of_every_sample_passes_the_strict_certificate() {
+    for info in SHAPES {
+        let surface = surface(info.name, 2500);
+        assert_eq!(strict(&surface, &split(&surface.mesh)), [], "{}", info.name);
+    }
+}
+
+#[test]
+fn folded_corners_refuse_where_that_is_demanded() {
+    let torus = surface("torus", 1500);
+    let good = split(&torus.mesh);
+    let mut folded = good.clone();
+    let [a, _, c, _] = folded.quads[77];
+    folded.positions[c as usize] = good.positions[a as usize].lerp(good.positions[c as usize], 0.65);
+    assert_eq!(certificate(&torus, &folded).violations, []);
+    assert_eq!(strict(&torus, &folded), [(Check::Folded, 1)]);
+    // Of two components the second: the witness is a quad of the whole.
+    let both = join(&torus, &torus, DVec3::X * 5.0);
+    let mut quads = split(&both.mesh);
+    let q = good.quads.len() + 77;
+    let [a, _, c, _] = quads.quads[q];
+    quads.positions[c as usize] = quads.positions[a as usize].lerp(quads.positions[c as usize], 0.65);
+    let index = SurfaceIndex::new(&both.mesh);
+    let found = certify_under(&RunContext::silent(), &both, &index, &quads, Requirements::Strict).unwrap().violations;
+    assert_eq!((found.len(), found[0].witnesses.clone()), (1, vec![q as u32]));
+    assert!(found[0].places[0].distance(quads.positions[c as usize]) < 0.2);
+}
+
+#[test]
+fn what_lies_two_edges_apart_refuses_where_that_is_demanded() {
+    // A spike of the surface that the quads do not follow; edges of the quads are about 0.14.
+    let sphere = surface("sphere", 600);
+    let quads = split(&sphere.mesh);
+    let spiky = |height: f64| {
+        let mut positions = sphere.mesh.positions().to_vec();
+        positions[17] *= 1.0 + height;
+        Surface { mesh: TriMesh::try_new(positions, sphere.mesh.faces().to_vec()).unwrap(), ..sphere.clone() }
+    };
+    assert_eq!(strict(&spiky(0.15), &quads), []);
+    let index = SurfaceIndex::new(&spiky(0.5).mesh);
+    let found = certify_under(&RunContext::silent(), &spiky(0.5), &index, &quads, Requirements::Strict).unwrap();
+    assert_eq!(found.violations.iter().map(|v| v.check).collect::<Vec<_>>(), [Check::Far]);
+    assert!(found.violations[0].places.iter().any(|p| p.length() > 1.2));
+    assert_eq!(certificate(&spiky(0.5), &quads).violations, []);
+    // The other way: quads that stand off the surface.
+    let mut pulled = quads.clone();
+    pulled.positions[17] *= 1.6;
+    assert!(strict(&sphere, &pulled).iter().any(|v| v.0 == Check::Far));
+}
+
+#[test]
+fn wrinkles_below_the_quads_refuse_nothing() {
+    // Every triangle is turned about by two of its edges, and quads are four of them wide.
+    for (name, seed) in [("sphere", 1), ("torus", 2), ("rounded_box", 3)] {
+        let smooth = surface(name, 700);
+        let soup = sample(name, 20_000, 2.0, seed).unwrap();
+        let mesh =
+            TriMesh::try_new(soup.positions.clone(), soup.polygons().map(|p| [p[0], p[1], p[2]]).collect()).unwrap();
+        let noisy = Surface { mesh, features: Features::default() };
+        let index = SurfaceIndex::new(&noisy.mesh);
+        let quads = split(&smooth.mesh);
+        let leans = |q: &[u32; 4]| {
+            let p = q.map(|v| quads.positions[v as usize]);
+            let own = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
+            index.normal(index.closest(p.iter().sum::<DVec3>() / 4.0).face).dot(own) < 0.6
+        };
+        let leaning = quads.quads.iter().filter(|q| leans(q)).count();
+        assert!(10 * leaning > quads.quads.len(), "{name}: the triangles beneath the quads lean: {leaning}");
+        assert_eq!(strict(&noisy, &quads), [], "{name}");
+    }
+}
+
+#[test]
+fn a_second_sheet_close_by_hides_no_flipped_quad() {
+    let cube = surface("cube", 500);
+    let flat = |p: &DVec3| *p * dvec3(1.0, 1.0, 0.004);
+    let mesh = TriMesh::try_new(cube.mesh.positions().iter().map(flat).collect(), cube.mesh.faces().to_vec()).unwrap();
+    let plate = Surface { mesh, features: cube.features };
+    let good = split(&plate.mesh);
+    assert_eq!(strict(&plate, &good), []);
+    let middle = |q: &[u32; 4]| q.iter().map(|&v| good.positions[v as usize]).sum::<DVec3>() / 4.0;
+    let inner = (0..good.quads.len()).filter(|&q| {
+        let p = middle(&good.quads[q]);
+        p.x.abs() < 0.3 && p.y.abs() < 0.3
+    });
+    let (mut tried, mut found) = (0, 0);
+    for q in inner.step_by(23) {
+        let mut fold = good.clone();
+        let [a, _, c, _] = fold.quads[q];
+        // The corner of a triangle goes beyond its centre: that quad is turned over.
+        fold.positions[a as usize] = fold.positions[c as usize] * 2.0 - fold.positions[a as usize];
+        tried += 1;
+        found += usize::from(strict(&plate, &fold).iter().any(|v| v.0 == Check::Flipped));
+    }
+    assert!(tried > 5 && found == tried, "{found} of {tried}");
+}

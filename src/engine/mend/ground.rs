@@ -1,0 +1,63 @@
+//! What all discs share: the surface, the judge, the curves.
+
+use crate::engine::certify::QuadJudge;
+use crate::engine::mesh::{FaceTree, Surface, SurfaceIndex};
+use crate::engine::quad::Anchor;
+use crate::engine::quad::optimise::{Curve, trace_curves};
+use glam::DVec3;
+
+/// A vertex further off its curve than this part of an edge has left it.
+const OFF_CURVE: f64 = 0.1;
+/// A vertex further from its corner than this part of an edge has left it: a tenth of what the certificate allows where
+/// the model is a thousand edges wide.
+const OFF_CORNER: f64 = 1e-4;
+/// A face may hold a vertex if its normal is within 78 degrees (cosine) of that of the surface around it.
+const SAME_SHEET: f64 = 0.2;
+/// Vertices are drawn to the surface from this many edges.
+const REACH: f64 = 3.0;
+
+/// The surface beneath a draft.
+#[derive(Debug)]
+pub(super) struct Ground<'a> {
+    pub(super) surface: &'a Surface,
+    pub(super) index: &'a SurfaceIndex,
+    pub(super) judge: QuadJudge<'a>,
+    /// Mean edge of the draft in model units.
+    pub(super) edge: f64,
+    pub(super) curves: Vec<Curve>,
+    /// The segments of the curves, named by their curve.
+    rails: FaceTree,
+}
+
+impl<'a> Ground<'a> {
+    pub(super) fn new(surface: &'a Surface, index: &'a SurfaceIndex, edge: f64) -> Self {
+        let curves = trace_curves(surface);
+        let (mut segments, mut names) = (Vec::new(), Vec::new());
+        for (name, curve) in (0u32..).zip(&curves) {
+            segments.extend(curve.segments().map(|[a, b]| [a, b, b]));
+            names.resize(segments.len(), name);
+        }
+        let rails = FaceTree::of_triangles(segments, &names);
+        Self { surface, index, judge: QuadJudge::new(surface, index, edge), edge, curves, rails }
+    }
+
+    /// The curve nearest to a point, and how far it is.
+    pub(super) fn nearest_curve(&self, p: DVec3) -> Option<(u32, f64)> {
+        self.rails.closest_where(p, f64::INFINITY, |_| true).map(|found| (found.face, found.distance))
+    }
+
+    /// Whether a vertex is not on what it is anchored to.
+    pub(super) fn is_off(&self, anchor: Anchor, p: DVec3) -> bool {
+        match anchor {
+            Anchor::Corner(c) => self.surface.mesh.position(c).distance(p) > OFF_CORNER * self.edge,
+            Anchor::Curve => self.nearest_curve(p).is_some_and(|(_, distance)| distance > OFF_CURVE * self.edge),
+            Anchor::Surface => false,
+        }
+    }
+
+    /// The point of the surface nearest to `p` whose normal agrees with `up`, if there is one near.
+    pub(super) fn drawn(&self, p: DVec3, up: DVec3) -> Option<DVec3> {
+        let agrees = |face: u32| up == DVec3::ZERO || self.index.normal(face).dot(up) > SAME_SHEET;
+        self.index.closest_where(p, REACH * self.edge, agrees).map(|found| found.position)
+    }
+}

@@ -1,0 +1,154 @@
+//! The pieces of a disc between the features in it, and their boundaries as words of vertices.
+
+use crate::engine::mend::patch::Patch;
+use crate::engine::quad::improve::DEAD;
+use std::collections::BTreeMap;
+
+/// A part of a patch that no feature crosses.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// Its quads, as indices into the quads of the patch.
+    pub(super) quads: Vec<usize>,
+    /// Its boundary counter-clockwise, from vertex to vertex; features that end inside, and the cut that makes a disc of
+    /// an annulus, are passed on both sides. Empty if the piece is neither a disc nor an annulus.
+    pub(super) word: Vec<u32>,
+}
+
+/// Sides by (from, to): the quad and the corner where they begin.
+struct Sides<'a> {
+    patch: &'a Patch,
+    of: BTreeMap<(u32, u32), (usize, usize)>,
+}
+
+impl<'a> Sides<'a> {
+    fn new(patch: &'a Patch) -> Self {
+        let living = patch.quads.iter().enumerate().filter(|(_, quad)| **quad != DEAD);
+        let of = living.flat_map(|(q, quad)| (0..4).map(move |k| ((quad[k], quad[(k + 1) % 4]), (q, k)))).collect();
+        Self { patch, of }
+    }
+
+    fn ends(&self, (q, k): (usize, usize)) -> (u32, u32) {
+        let quad = &self.patch.quads[q];
+        (quad[k], quad[(k + 1) % 4])
+    }
+
+    /// The same side of the quad across, unless a feature lies between.
+    fn twin(&self, side: (usize, usize)) -> Option<(usize, usize)> {
+        let (a, b) = self.ends(side);
+        if self.patch.is_feature(a, b) { None } else { self.of.get(&(b, a)).copied() }
+    }
+
+    /// The side after one on the boundary of its piece.
+    fn next(&self, (q, k): (usize, usize)) -> (usize, usize) {
+        let mut side = (q, (k + 1) % 4);
+        // At most once round a vertex.
+        for _ in 0..self.patch.quads.len() {
+            let Some((q, k)) = self.twin(side) else { break };
+            side = (q, (k + 1) % 4);
+        }
+        side
+    }
+}
+
+/// The pieces of a patch in order of their first quads.
+pub(super) fn pieces(patch: &Patch) -> Vec<Piece> {
+    let sides = Sides::new(patch);
+    let mut seen = vec![false; patch.quads.len()];
+    let mut pieces = Vec::new();
+    for seed in (0..patch.quads.len()).filter(|&q| patch.quads[q] != DEAD) {
+        if std::mem::replace(&mut seen[seed], true) {
+            continue;
+        }
+        let (mut quads, mut next) = (vec![seed], 0);
+        while let Some(&q) = quads.get(next) {
+            next += 1;
+            for (other, _) in (0..4).filter_map(|k| sides.twin((q, k))) {
+                if !std::mem::replace(&mut seen[other], true) {
+                    quads.push(other);
+                }
+            }
+        }
+        quads.sort_unstable();
+        let word = word(&sides, &quads).unwrap_or_default();
+        pieces.push(Piece { quads, word });
+    }
+    pieces
+}
+
+fn word(sides: &Sides<'_>, quads: &[usize]) -> Option<Vec<u32>> {
+    let all = || quads.iter().flat_map(|&q| (0..4).map(move |k| (q, k)));
+    let boundary: Vec<(usize, usize)> = all().filter(|&s| sides.twin(s).is_none()).collect();
+    let mut loops: Vec<Vec<u32>> = Vec::new();
+    let mut passed: BTreeMap<(usize, usize), ()> = BTreeMap::new();
+    for &start in &boundary {
+        let (mut at, mut round) = (start, Vec::new());
+        while passed.insert(at, ()).is_none() {
+            round.push(sides.ends(at).0);
+            at = sides.next(at);
+        }
+        if !round.is_empty() {
+            loops.push(round);
+        }
+    }
+    // V − E + F of the piece when it is cut open: a vertex for every side of the boundary, and those inside.
+    let on_boundary = |v: u32| loops.iter().any(|l| l.contains(&v));
+    let mut inner: Vec<u32> = all().map(|s| sides.ends(s).0).filter(|&v| !on_boundary(v)).collect();
+    inner.sort_unstable();
+    inner.dedup();
+    let (faces, b) = (quads.len() as i64, boundary.len() as i64);
+    let euler = inner.len() as i64 + b - (4 * faces + b) / 2 + faces;
+    match (&loops[..], euler) {
+        ([round], 1) => Some(round.clone()),
+        ([first, second], 0) => joined(sides, quads, first, second),
+        _ => None,
+    }
+}
+
+/// The word of an annulus cut along a shortest chain of edges inside.
+fn joined(sides: &Sides<'_>, quads: &[usize], first: &[u32], second: &[u32]) -> Option<Vec<u32>> {
+    let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for side in quads.iter().flat_map(|&q| (0..4).map(move |k| (q, k))) {
+        if sides.twin(side).is_some() {
+            let (a, b) = sides.ends(side);
+            neighbours.entry(a).or_default().push(b);
+        }
+    }
+    let mut from: BTreeMap<u32, u32> = first.iter().map(|&v| (v, v)).collect();
+    let (mut queue, mut next) = (first.to_vec(), 0);
+    let end = loop {
+        let &v = queue.get(next)?;
+        next += 1;
+        if second.contains(&v) {
+            break v;
+        }
+        for &w in neighbours.get(&v).into_iter().flatten() {
+            from.entry(w).or_insert_with(|| {
+                queue.push(w);
+                v
+            });
+        }
+    };
+    let mut chain = vec![end];
+    while let Some(&before) = from.get(&chain[chain.len() - 1])
+        && before != chain[chain.len() - 1]
+    {
+        chain.push(before);
+    }
+    // The chain runs from the second loop to the first now.
+    let start = chain[chain.len() - 1];
+    if start == end {
+        return None;
+    }
+    let turned = |round: &[u32], v: u32| {
+        let i = round.iter().position(|&w| w == v).unwrap_or(0);
+        [&round[i..], &round[..i]].concat()
+    };
+    let inside = &chain[1..chain.len() - 1];
+    let mut word = turned(first, start);
+    word.push(start);
+    word.extend(inside.iter().rev());
+    word.extend(turned(second, end));
+    word.push(end);
+    word.extend(inside);
+    Some(word)
+}
