@@ -70,7 +70,7 @@ pub(super) fn inject(ground: &Ground<'_>, draft: &QuadDraft, fault: Fault, seed:
                 all
             };
             let own = ring(&[slot]);
-            let patch = Patch::new(ground, &net, &draft.mesh.positions, &own);
+            let patch = Patch::new(ground, &net, &draft.mesh.positions, &own, Vec::new());
             let [piece] = &pieces(&patch)[..] else { return None };
             let n = piece.word.len() as u32;
             (n >= 4).then_some(())?;
@@ -91,7 +91,7 @@ pub(super) fn inject(ground: &Ground<'_>, draft: &QuadDraft, fault: Fault, seed:
             bad = net.into_draft(&bad.mesh.positions.clone(), &bad);
         }
         Fault::Pinch => {
-            let patch = Patch::new(ground, &net, &draft.mesh.positions, &net.at[v as usize].clone());
+            let patch = Patch::new(ground, &net, &draft.mesh.positions, &net.at[v as usize].clone(), Vec::new());
             let spokes = patch.living().flatten().filter(|&&w| patch.anchors[w as usize] == Anchor::Surface);
             let mut spokes: Vec<u32> = spokes.map(|&w| patch.origin[w as usize]).collect();
             spokes.sort_unstable();

@@ -5,6 +5,7 @@
 //! (`settle`) and judged by one judge (`verdict`); the first that is decent is taken, else the best that is strictly
 //! better stays and the disc grows. Nothing outside the discs changes, and topology is kept by construction.
 
+mod cover;
 mod ground;
 mod patch;
 mod refill;

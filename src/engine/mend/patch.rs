@@ -43,11 +43,23 @@ pub(super) struct Patch {
     pub(super) features: Vec<[u32; 2]>,
     /// Edge length of the quads around, in model units.
     pub(super) size: f64,
+    /// Points of the surface that the disc stands for.
+    pub(super) points: Vec<DVec3>,
+    /// How far they may be from its quads, in model units.
+    pub(super) reach: f64,
+    /// Per quad of the disc where its corners were when it was looked at last, and how it stood.
+    pub(super) known: Vec<Option<([DVec3; 4], Stance)>>,
 }
 
 impl Patch {
-    /// Cuts the quads in these slots (sorted) out.
-    pub(super) fn new(ground: &Ground<'_>, net: &QuadNet, positions: &[DVec3], own: &[u32]) -> Self {
+    /// Cuts the quads in these slots (sorted) out, which stand for these points of the surface.
+    pub(super) fn new(
+        ground: &Ground<'_>,
+        net: &QuadNet,
+        positions: &[DVec3],
+        own: &[u32],
+        points: Vec<DVec3>,
+    ) -> Self {
         let slots_at = |v: u32| net.at[v as usize].iter().copied();
         let is_own = |slot: &u32| own.binary_search(slot).is_ok();
         let mut around: Vec<u32> =
@@ -72,8 +84,21 @@ impl Patch {
         let around_stances = around.iter().map(stance).collect();
         let anchors: Vec<Anchor> = origin.iter().map(|&v| net.anchors[v as usize]).collect();
         let freedom = vec![Freedom::Fixed; origin.len()];
-        let mut patch =
-            Self { origin, positions, anchors, freedom, quads, around, around_stances, features, size: ground.edge };
+        let mut patch = Self {
+            origin,
+            positions,
+            anchors,
+            freedom,
+            quads,
+            around,
+            around_stances,
+            features,
+            size: ground.edge,
+            points,
+            reach: f64::INFINITY,
+            known: Vec::new(),
+        };
+        patch.reach = patch.allowed(ground);
         patch.size = patch.size_around(ground.edge);
         patch.set_free(ground);
         patch
@@ -87,6 +112,29 @@ impl Patch {
     /// The quads of the disc that are there.
     pub(super) fn living(&self) -> impl Iterator<Item = &[u32; 4]> {
         self.quads.iter().filter(|q| **q != DEAD)
+    }
+
+    /// How a quad of the disc stands; nothing if it is no longer there.
+    pub(super) fn stance(&self, ground: &Ground<'_>, q: usize) -> Option<Stance> {
+        let quad = &self.quads[q];
+        (*quad != DEAD).then(|| {
+            let corners = self.corners(quad);
+            match self.known.get(q) {
+                Some(Some((then, stance))) if *then == corners => *stance,
+                _ => ground.judge.stance(&corners),
+            }
+        })
+    }
+
+    /// Looks at all quads whose corners moved.
+    pub(super) fn look(&mut self, ground: &Ground<'_>) {
+        let stances = (0..self.quads.len()).map(|q| self.stance(ground, q).map(|s| (self.corners(&self.quads[q]), s)));
+        self.known = stances.collect();
+    }
+
+    /// All vertices.
+    pub(super) fn all(&self) -> Vec<u32> {
+        (0..self.positions.len() as u32).collect()
     }
 
     pub(super) fn is_feature(&self, a: u32, b: u32) -> bool {

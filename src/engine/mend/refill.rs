@@ -2,7 +2,7 @@
 
 use crate::engine::mend::ground::Ground;
 use crate::engine::mend::patch::{Freedom, Patch, sides};
-use crate::engine::mend::settle::{Effort, settle, spread};
+use crate::engine::mend::settle::{Effort, settle};
 use crate::engine::mend::verdict::{Verdict, bad_quads, judge};
 use crate::engine::mend::words::{Piece, pieces};
 use crate::engine::quad::Anchor;
@@ -14,6 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Patterns with the best degrees that are looked at.
 const SHORTLIST: usize = 10;
+/// … as long as these patches have no more quads in sum, but two at least.
+const MOST_LOOKED_AT: usize = 1000;
 /// The best of them that are solved to the end.
 const FINALISTS: usize = 2;
 /// Boundaries with more sides are not refilled.
@@ -58,13 +60,14 @@ fn refill_piece(
     let simple = patterns.into_iter().filter(|p| surroundings.is_simple(&piece.word, p));
     let mut ranked: Vec<(i64, Pattern)> = simple.map(|p| (surroundings.cost(patch, &piece.word, &p), p)).collect();
     ranked.sort_by_key(|r| r.0);
-    ranked.truncate(SHORTLIST);
+    ranked.truncate(SHORTLIST.min(MOST_LOOKED_AT / patch.quads.len()).max(2));
     let mut glanced: Vec<(Verdict, Patch)> = Vec::new();
     for (_, pattern) in &ranked {
         ctx.check()?;
         let mut filled = insert(ground, patch, piece, pattern);
-        spread(ground, &mut filled);
-        settle(ctx, ground, &mut filled, Effort::Glance)?;
+        let among = vertices_of(&filled, piece);
+        filled.spread_over(ground, &among);
+        settle(ctx, ground, &mut filled, &among, Effort::Glance)?;
         let verdict = judge(ground, &filled);
         let is_decent = verdict.is_decent();
         glanced.push((verdict, filled));
@@ -72,16 +75,27 @@ fn refill_piece(
             break;
         }
     }
-    glanced.sort_by(|a, b| a.0.bad.cmp(&b.0.bad).then(b.0.worst.total_cmp(&a.0.worst)));
+    glanced.sort_by(|a, b| a.0.order(&b.0));
     let mut best: Option<(Verdict, Patch)> = None;
     for (_, mut filled) in glanced.into_iter().take(FINALISTS) {
-        settle(ctx, ground, &mut filled, Effort::Full)?;
+        let all = filled.all();
+        settle(ctx, ground, &mut filled, &all, Effort::Full)?;
         let verdict = judge(ground, &filled);
         if best.as_ref().is_none_or(|b| verdict.is_better_than(&b.0)) {
             best = Some((verdict, filled));
         }
     }
     Ok(best)
+}
+
+/// The vertices on the boundary of a piece, and new ones.
+fn vertices_of(patch: &Patch, piece: &Piece) -> Vec<u32> {
+    let new = patch.known.len();
+    let quads = piece.quads.iter().copied().chain(new.min(patch.quads.len())..patch.quads.len());
+    let mut all: Vec<u32> = quads.map(|q| patch.quads[q]).filter(|q| *q != DEAD).flatten().collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 /// What a filling must fit to: all quads of the patch but those of the piece.

@@ -111,3 +111,48 @@ fn enclosed(net: &QuadNet, marked: &[bool], group: &[u32]) -> Vec<u32> {
     let kept = (0..parts.len()).filter(|&i| !(is_all && Some(i) == largest));
     kept.filter_map(|i| parts[i].as_deref()).flatten().copied().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::quad::{Anchor, QuadDraft, QuadMesh};
+    use glam::DVec3;
+
+    /// A torus of n by m quads; quad i m + j has its least corner at (i, j).
+    fn torus(n: u32, m: u32) -> QuadNet {
+        let at = |i: u32, j: u32| (i % n) * m + j % m;
+        let cells = (0..n * m).map(|c| (c / m, c % m));
+        let quads = cells.map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect();
+        let positions = vec![DVec3::ZERO; (n * m) as usize];
+        let anchors = vec![Anchor::Surface; positions.len()];
+        QuadNet::new(&QuadDraft { mesh: QuadMesh { positions, quads }, anchors, feature_edges: Vec::new() })
+    }
+
+    #[test]
+    fn rings_grow_and_what_touches_is_one() {
+        let net = torus(20, 20);
+        let one = regions(&net, &[8 * 20 + 8], 1);
+        assert_eq!(one.iter().map(Vec::len).collect::<Vec<_>>(), [9]);
+        assert_eq!(regions(&net, &[8 * 20 + 8], 2)[0].len(), 25);
+        // Three quads apart the rings leave a quad between them; two apart they meet.
+        assert_eq!(regions(&net, &[8 * 20 + 8, 8 * 20 + 12], 1).len(), 2);
+        assert_eq!(regions(&net, &[8 * 20 + 8, 8 * 20 + 11], 1).iter().map(Vec::len).collect::<Vec<_>>(), [18]);
+    }
+
+    #[test]
+    fn holes_and_pinches_are_filled() {
+        let net = torus(20, 20);
+        // A frame around one quad: the quad inside belongs to it.
+        let frame: Vec<u32> = (0..9).filter(|&c| c != 4).map(|c| (5 + c / 3) * 20 + 5 + c % 3).collect();
+        assert_eq!(regions(&net, &frame, 0), [[105, 106, 107, 125, 126, 127, 145, 146, 147]]);
+        // Two quads at a vertex: the two others there join them.
+        assert_eq!(regions(&net, &[105, 126], 0), [[105, 106, 125, 126]]);
+        // Right round the torus the outside is no hole.
+        let band: Vec<u32> = (0..20).map(|i| i * 20 + 3).collect();
+        assert_eq!(regions(&net, &band, 0)[0].len(), 20);
+        // All but four quads of a small one: these are not drawn in.
+        let small = torus(4, 4);
+        let most: Vec<u32> = (0..16).filter(|q| ![5, 6, 9, 10].contains(q)).collect();
+        assert_eq!(regions(&small, &most, 0)[0].len(), 12);
+    }
+}

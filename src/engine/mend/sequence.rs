@@ -1,11 +1,12 @@
 //! The order of the steps: find what is bad, cut discs out, mend each, put them back, and grow what is left.
 
 use crate::engine::certify::Stance;
+use crate::engine::mend::cover::{assigned, points};
 use crate::engine::mend::ground::Ground;
 use crate::engine::mend::patch::Patch;
 use crate::engine::mend::refill::refilled;
 use crate::engine::mend::regions::regions;
-use crate::engine::mend::settle::{Effort, settle, spread};
+use crate::engine::mend::settle::{Effort, settle};
 use crate::engine::mend::turns::turned;
 use crate::engine::mend::verdict::{Verdict, is_bad, judge, lean};
 use crate::engine::mesh::{Surface, SurfaceIndex};
@@ -80,17 +81,22 @@ pub fn mend(
     let ground = Ground::new(surface, index, edge);
     let all: Vec<u32> = (0..mended.draft.mesh.quads.len() as u32).collect();
     let positions = mended.draft.mesh.positions.clone();
-    let mut work = Work { ground: &ground, net: QuadNet::new(&mended.draft), positions, stances: Vec::new() };
+    let mut work =
+        Work { ground: &ground, net: QuadNet::new(&mended.draft), positions, stances: Vec::new(), points: Vec::new() };
     work.stances = vec![None; all.len()];
     let mut bad = work.bad_among(&ctx.span(0.0, 0.2), &all)?;
     mended.found = bad.len();
+    if !bad.is_empty() {
+        let points = points(&surface.mesh, mean);
+        work.points = assigned(&ctx.span(0.2, 0.3), &work.net.quads, &work.positions, &points)?;
+    }
     for round in 0..=GROWTHS {
         if bad.is_empty() {
             break;
         }
         let part = ctx.span(
-            0.2 + 0.8 * round as f64 / (1 + GROWTHS) as f64,
-            0.2 + 0.8 * (round + 1) as f64 / (1 + GROWTHS) as f64,
+            0.3 + 0.7 * round as f64 / (1 + GROWTHS) as f64,
+            0.3 + 0.7 * (round + 1) as f64 / (1 + GROWTHS) as f64,
         );
         let discs = regions(&work.net, &bad, 1 + round);
         let solve = |own: &Vec<u32>| {
@@ -104,7 +110,7 @@ pub fn mend(
             if let Some(patch) = patch {
                 mended.discs += 1;
                 mended.changed.extend(own.iter().filter(|&&slot| (slot as usize) < all.len()));
-                changed.extend(work.put_back(own, &patch));
+                changed.extend(work.put_back(ctx, own, &patch)?);
             }
         }
         bad = work.bad_among(&part, &work.with_neighbours(&changed))?;
@@ -127,6 +133,8 @@ struct Work<'a> {
     positions: Vec<DVec3>,
     /// Per slot how its quad stands, as far as that is known.
     stances: Vec<Option<Stance>>,
+    /// Per slot the points of the surface that its quad stands for.
+    points: Vec<Vec<DVec3>>,
 }
 
 impl Work<'_> {
@@ -182,7 +190,10 @@ impl Work<'_> {
     /// Tries one candidate after the other for a disc, and returns the best if it is better than what is there.
     fn solve(&self, ctx: &RunContext, own: &[u32]) -> Result<Option<Patch>, Cancelled> {
         let ground = self.ground;
-        let start = Patch::new(ground, &self.net, &self.positions, own);
+        let points = own.iter().flat_map(|&slot| self.points[slot as usize].iter().copied()).collect();
+        let mut start = Patch::new(ground, &self.net, &self.positions, own, points);
+        start.look(ground);
+        let all = start.all();
         // Vertices that were off their curves are back on them: that is a gain of its own.
         let mut best = (judge(ground, &start), start.clone());
         let before = if self.is_as_it_was(&start) { Some(best.0) } else { None };
@@ -195,9 +206,9 @@ impl Work<'_> {
         for is_spread in [false, true] {
             let mut moved = start.clone();
             if is_spread {
-                spread(ground, &mut moved);
+                moved.spread_over(ground, &all);
             }
-            settle(ctx, ground, &mut moved, Effort::Full)?;
+            settle(ctx, ground, &mut moved, &all, Effort::Full)?;
             if take(&mut best, (judge(ground, &moved), moved)) {
                 return Ok(Some(best.1));
             }
@@ -220,7 +231,7 @@ impl Work<'_> {
     }
 
     /// Puts a patch in the place of its slots; returns all slots whose quads changed or may have.
-    fn put_back(&mut self, own: &[u32], patch: &Patch) -> Vec<u32> {
+    fn put_back(&mut self, ctx: &RunContext, own: &[u32], patch: &Patch) -> Result<Vec<u32>, Cancelled> {
         let known = patch.origin.len();
         for (&v, &p) in patch.origin.iter().zip(&patch.positions) {
             self.positions[v as usize] = p;
@@ -239,11 +250,14 @@ impl Work<'_> {
         while slots.len() < patch.quads.len() {
             slots.push(self.net.add_slot());
             self.stances.push(None);
+            self.points.push(Vec::new());
         }
         let rename = |quad: &[u32; 4]| if *quad == DEAD { DEAD } else { quad.map(|v| number[v as usize]) };
         let mut change: Change = slots.iter().copied().zip(patch.quads.iter().map(rename)).collect();
         self.net.apply(&mut change);
         slots.iter().for_each(|&slot| self.stances[slot as usize] = None);
-        slots
+        let points = assigned(ctx, &patch.quads, &patch.positions, &patch.points)?;
+        slots.iter().zip(points).for_each(|(&slot, points)| self.points[slot as usize] = points);
+        Ok(slots)
     }
 }

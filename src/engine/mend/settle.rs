@@ -41,22 +41,20 @@ impl Effort {
     }
 }
 
-/// Spreads the free vertices out evenly: each at the mean of its neighbours, with the boundary of the disc fixed.
-pub(super) fn spread(ground: &Ground<'_>, patch: &mut Patch) {
+/// Spreads the free vertices among some out evenly: each at the mean of its neighbours, with all others fixed.
+pub(super) fn spread(ground: &Ground<'_>, patch: &mut Patch, among: &[u32]) {
     let corners = corners_of(patch);
+    let free = free(patch, &corners, among);
     for _ in 0..SPREADING {
-        for v in 0..patch.positions.len() {
-            if patch.freedom[v] == Freedom::Fixed || corners[v].is_empty() {
-                continue;
-            }
+        for v in free.iter().map(|&v| v as usize) {
             let target = middle(patch, &corners[v]);
             patch.positions[v] =
                 if patch.freedom[v] == Freedom::Surface { target } else { patch.slid(ground, v as u32, target) };
         }
     }
     let ups = ups_of(ground, patch);
-    for v in 0..patch.positions.len() {
-        if patch.freedom[v] == Freedom::Surface && !corners[v].is_empty() {
+    for v in free.into_iter().map(|v| v as usize) {
+        if patch.freedom[v] == Freedom::Surface {
             let up = up_at(&corners[v], &ups);
             let p = patch.positions[v];
             patch.positions[v] = ground.drawn(p, up).or_else(|| ground.drawn(p, DVec3::ZERO)).unwrap_or(p);
@@ -64,28 +62,35 @@ pub(super) fn spread(ground: &Ground<'_>, patch: &mut Patch) {
     }
 }
 
-/// Moves the free vertices to where the energy of the quads is least.
+/// The vertices among some that may move and have quads.
+fn free(patch: &Patch, corners: &[Vec<(u32, u32)>], among: &[u32]) -> Vec<u32> {
+    let is_free = |&v: &u32| patch.freedom[v as usize] != Freedom::Fixed && !corners[v as usize].is_empty();
+    among.iter().copied().filter(is_free).collect()
+}
+
+/// Moves the free vertices among some to where the energy of the quads is least.
 pub(super) fn settle(
     ctx: &RunContext,
     ground: &Ground<'_>,
     patch: &mut Patch,
+    among: &[u32],
     effort: Effort,
 ) -> Result<(), Cancelled> {
     let corners = corners_of(patch);
-    let free: Vec<u32> = (0..patch.positions.len() as u32)
-        .filter(|&v| patch.freedom[v as usize] != Freedom::Fixed && !corners[v as usize].is_empty())
-        .collect();
+    let free = free(patch, &corners, among);
     if free.is_empty() {
         return Ok(());
     }
-    let size = own_size(patch);
+    let size = own_size(patch, &free);
+    let has_free = |q: &usize| patch.quads[*q].iter().any(|v| free.binary_search(v).is_ok());
+    let moving: Vec<usize> = (0..patch.quads.len()).filter(has_free).collect();
     let mut steps = vec![0.3; patch.positions.len()];
     let mut epsilon = 0.0;
     let rounds = effort.rounds();
     for round in 0..rounds {
         let ups = ups_of(ground, patch);
-        let least = least_area(patch, &ups, size);
-        if round > 2 && least > 0.0 && worst(patch, &ups) > GOOD {
+        let least = least_area(patch, &ups, &moving, size);
+        if round > 2 && least > 0.0 && worst(patch, &ups, &moving) > GOOD {
             break;
         }
         // The schedule of the paper with a constant rate.
@@ -136,37 +141,37 @@ fn middle(patch: &Patch, corners: &[(u32, u32)]) -> DVec3 {
 }
 
 /// The surface's averaged normal at each quad of the disc.
-fn ups_of(ground: &Ground<'_>, patch: &Patch) -> Vec<DVec3> {
-    let up = |q: &[u32; 4]| if *q == DEAD { DVec3::ZERO } else { ground.judge.stance(&patch.corners(q)).up };
-    patch.quads.iter().map(up).collect()
+fn ups_of(ground: &Ground<'_>, patch: &mut Patch) -> Vec<DVec3> {
+    patch.look(ground);
+    patch.known.iter().map(|known| known.as_ref().map_or(DVec3::ZERO, |k| k.1.up)).collect()
 }
 
 fn up_at(corners: &[(u32, u32)], ups: &[DVec3]) -> DVec3 {
     corners.iter().map(|c| ups[c.0 as usize]).sum::<DVec3>().normalize_or_zero()
 }
 
-/// Edge of squares with the area of the quads of the disc, at most twice and at least half of what is around.
-fn own_size(patch: &Patch) -> f64 {
+/// Edge of squares with the area of the quads at some vertices, at most twice and at least half of what is around.
+fn own_size(patch: &Patch, free: &[u32]) -> f64 {
     let area = |q: &[u32; 4]| {
         let [a, b, c, d] = patch.corners(q);
         0.5 * (c - a).cross(d - b).length()
     };
-    let (sum, n) = patch.living().fold((0.0, 0.0), |(sum, n), q| (sum + area(q), n + 1.0));
+    let moving = patch.living().filter(|q| q.iter().any(|v| free.binary_search(v).is_ok()));
+    let (sum, n) = moving.fold((0.0, 0.0), |(sum, n), q| (sum + area(q), n + 1.0));
     (sum / n).sqrt().clamp(0.5 * patch.size, 2.0 * patch.size)
 }
 
-fn least_area(patch: &Patch, ups: &[DVec3], size: f64) -> f64 {
+fn least_area(patch: &Patch, ups: &[DVec3], quads: &[usize], size: f64) -> f64 {
     let mut least = f64::INFINITY;
-    for (quad, &up) in patch.quads.iter().zip(ups).filter(|(quad, _)| **quad != DEAD) {
-        let p = patch.corners(quad);
-        least = (0..4).map(|k| corner(&p, k, up, size).0).fold(least, f64::min);
+    for &q in quads {
+        let p = patch.corners(&patch.quads[q]);
+        least = (0..4).map(|k| corner(&p, k, ups[q], size).0).fold(least, f64::min);
     }
     least
 }
 
-fn worst(patch: &Patch, ups: &[DVec3]) -> f64 {
-    let living = patch.quads.iter().zip(ups).filter(|(quad, _)| **quad != DEAD);
-    living.map(|(quad, &up)| quality(&patch.corners(quad), up)).fold(f64::INFINITY, f64::min)
+fn worst(patch: &Patch, ups: &[DVec3], quads: &[usize]) -> f64 {
+    quads.iter().map(|&q| quality(&patch.corners(&patch.quads[q]), ups[q])).fold(f64::INFINITY, f64::min)
 }
 
 /// Area and squared edge lengths of a corner in units of the wanted edge.

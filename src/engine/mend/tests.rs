@@ -8,7 +8,7 @@ use crate::engine::problem::{Align, Boundary, Optimise, Wishes, WorkingMesh, spl
 use crate::engine::mesh::{Surface, SurfaceIndex};
 use crate::engine::quad::improve::improve_connectivity;
 use crate::engine::quad::optimise::mean_edge;
-use crate::engine::quad::{OptimiseOptions, QuadDraft, optimise};
+use crate::engine::quad::{Anchor, OptimiseOptions, QuadDraft, optimise};
 use crate::engine::run::{RunContext, StopReason};
 use rayon::prelude::*;
 
@@ -132,6 +132,50 @@ fn injected_faults_are_mended_where_they_are() {
     };
     let lost: Vec<String> = SAMPLES.par_iter().enumerate().map(one).collect::<Vec<_>>().concat();
     assert!(lost.len() <= 4, "{} of 200 faults mended; lost: {lost:#?}", 200 - lost.len());
+}
+
+#[test]
+fn many_faults_at_once_are_mended_alike_by_any_number_of_threads() {
+    let (surface, index, draft) = good("torus", 1500, 900);
+    let ground = Ground::new(&surface, &index, mean_edge(&draft));
+    let mut bad = draft;
+    let mut made = 0;
+    for seed in 0..24 {
+        if let Some(worse) = inject(&ground, &bad, FAULTS[seed % FAULTS.len()], 77 * seed as u64) {
+            bad = worse;
+            made += 1;
+        }
+    }
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| mended(&surface, &index, bad.clone()))
+    };
+    let one = with(1);
+    assert!(made > 12 && one.found > 12 && one.discs > 3, "{made} made, {} found", one.found);
+    assert_eq!((one.left.len(), violations(&surface, &index, &one.draft)), (0, Vec::new()));
+    assert_eq!(one, with(3));
+}
+
+#[test]
+fn what_left_its_curve_or_its_corner_comes_back() {
+    for name in ["cube", "half_pipe"] {
+        let (surface, index, draft) = good(name, 1500, 400);
+        for anchor in 0..3 {
+            let is_meant = |a: &Anchor| match a {
+                Anchor::Corner(_) => anchor == 0,
+                Anchor::Curve => anchor > 0,
+                Anchor::Surface => false,
+            };
+            let all: Vec<usize> = (0..draft.anchors.len()).filter(|&v| is_meant(&draft.anchors[v])).collect();
+            let v = all[all.len() * anchor / 3];
+            let mut bad = draft.clone();
+            // Off by half an edge, in a direction that no curve has.
+            bad.mesh.positions[v] += 0.5 * mean_edge(&draft) * glam::dvec3(0.57, 0.61, -0.55);
+            let after = mended(&surface, &index, bad);
+            assert!(after.found > 0 && after.left.is_empty(), "{name} {anchor}");
+            assert_eq!(violations(&surface, &index, &after.draft), [""; 0], "{name} {anchor}");
+        }
+    }
 }
 
 #[test]

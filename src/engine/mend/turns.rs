@@ -2,7 +2,7 @@
 
 use crate::engine::mend::ground::Ground;
 use crate::engine::mend::patch::{Freedom, Patch};
-use crate::engine::mend::settle::{Effort, settle, spread};
+use crate::engine::mend::settle::{Effort, settle};
 use crate::engine::mend::verdict::{Verdict, bad_quads, judge};
 use crate::engine::quad::improve::{Change, QuadNet, candidates, irregularity};
 use crate::engine::quad::{Anchor, QuadDraft, QuadMesh};
@@ -10,6 +10,8 @@ use crate::engine::run::{Cancelled, RunContext};
 
 /// Changes with the least irregularity that are looked at, one after another.
 const SHORTLIST: usize = 8;
+/// … as long as these patches have no more quads in sum, but two at least.
+const MOST_LOOKED_AT: usize = 1000;
 /// Changes after each other.
 const DEPTH: usize = 3;
 
@@ -64,15 +66,23 @@ fn once(
     }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut best: Option<(Verdict, Patch)> = None;
-    for (_, mut change) in ranked.into_iter().take(SHORTLIST) {
+    for (_, mut change) in ranked.into_iter().take(SHORTLIST.min(MOST_LOOKED_AT / patch.quads.len()).max(2)) {
         ctx.check()?;
         net.apply(&mut change);
         let mut changed = patch.clone();
         changed.quads.copy_from_slice(&net.quads[..own as usize]);
         net.apply(&mut change);
         changed.set_free(ground);
-        spread(ground, &mut changed);
-        settle(ctx, ground, &mut changed, Effort::Glance)?;
+        // Two rings around what changed.
+        let mut among = net.touched(&change);
+        for _ in 0..2 {
+            let near = changed.living().filter(|q| q.iter().any(|v| among.binary_search(v).is_ok())).flatten();
+            among = among.iter().chain(near).copied().collect();
+            among.sort_unstable();
+            among.dedup();
+        }
+        changed.spread_over(ground, &among);
+        settle(ctx, ground, &mut changed, &among, Effort::Glance)?;
         let verdict = judge(ground, &changed);
         if verdict.is_better_than(&best.as_ref().map_or(known, |b| b.0)) {
             let is_decent = verdict.is_decent();

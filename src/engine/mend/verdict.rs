@@ -14,9 +14,19 @@ const UPRIGHT: f64 = 0.02;
 /// A patch without bad quads whose worst corner is at least this is not worked on further.
 const DECENT: f64 = 0.15;
 
+/// Whether quads still stand for the surface that they stood for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Cover {
+    /// All points are in reach.
+    Kept,
+    /// Something was cut off: this is never better than anything that was there.
+    Lost,
+}
+
 /// How good the quads of a patch are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Verdict {
+    pub(super) cover: Cover,
     /// Quads that are bad, or lie on a neighbour.
     pub(super) bad: usize,
     /// The least scaled Jacobian, less than −1 + cosine with the surface for quads that are turned over.
@@ -26,11 +36,16 @@ pub(super) struct Verdict {
 impl Verdict {
     /// Nothing is bad, and no corner nearly so.
     pub(super) fn is_decent(&self) -> bool {
-        self.bad == 0 && self.worst >= DECENT
+        self.cover == Cover::Kept && self.bad == 0 && self.worst >= DECENT
     }
 
     pub(super) fn is_better_than(&self, other: &Self) -> bool {
-        self.bad.cmp(&other.bad).then(other.worst.total_cmp(&self.worst)) == Ordering::Less
+        self.order(other) == Ordering::Less
+    }
+
+    /// The better one first.
+    pub(super) fn order(&self, other: &Self) -> Ordering {
+        self.cover.cmp(&other.cover).then(self.bad.cmp(&other.bad)).then(other.worst.total_cmp(&self.worst))
     }
 }
 
@@ -49,7 +64,8 @@ pub(super) fn judge(ground: &Ground<'_>, patch: &Patch) -> Verdict {
     let (stances, bad) = flags(ground, patch);
     let value = |s: &Stance| if lean(s) < UPRIGHT { s.jacobian.min(0.0) + lean(s) - 1.0 } else { s.jacobian };
     let worst = stances.iter().flatten().map(value).fold(f64::INFINITY, f64::min);
-    Verdict { bad: bad.into_iter().filter(|b| *b).count(), worst }
+    let cover = if patch.farthest().1 > patch.reach { Cover::Lost } else { Cover::Kept };
+    Verdict { cover, bad: bad.into_iter().filter(|b| *b).count(), worst }
 }
 
 /// Per quad of a patch whether it is bad, by itself or with a neighbour.
@@ -58,8 +74,7 @@ pub(super) fn bad_quads(ground: &Ground<'_>, patch: &Patch) -> Vec<bool> {
 }
 
 fn flags(ground: &Ground<'_>, patch: &Patch) -> (Vec<Option<Stance>>, Vec<bool>) {
-    let stance = |q: &[u32; 4]| (*q != DEAD).then(|| ground.judge.stance(&patch.corners(q)));
-    let stances: Vec<Option<Stance>> = patch.quads.iter().map(stance).collect();
+    let stances: Vec<Option<Stance>> = (0..patch.quads.len()).map(|q| patch.stance(ground, q)).collect();
     let mut bad: Vec<bool> = stances.iter().map(|s| s.as_ref().is_some_and(is_bad)).collect();
     let off: Vec<bool> =
         patch.anchors.iter().zip(&patch.positions).map(|(&anchor, &p)| ground.is_off(anchor, p)).collect();

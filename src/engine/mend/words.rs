@@ -152,3 +152,73 @@ fn joined(sides: &Sides<'_>, quads: &[usize], first: &[u32], second: &[u32]) -> 
     word.extend(inside);
     Some(word)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mend::patch::Freedom;
+    use crate::engine::quad::Anchor;
+    use glam::DVec3;
+
+    /// The quads of an n by m grid that are chosen, with features; vertex (i, j) is i (m + 1) + j.
+    fn grid(n: u32, m: u32, chosen: impl Fn(u32, u32) -> bool, features: &[[u32; 2]]) -> Patch {
+        let at = |i: u32, j: u32| i * (m + 1) + j;
+        let cells = (0..n * m).map(|c| (c / m, c % m)).filter(|&(i, j)| chosen(i, j));
+        let quads = cells.map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect();
+        let k = ((n + 1) * (m + 1)) as usize;
+        Patch {
+            origin: (0..k as u32).collect(),
+            positions: vec![DVec3::ZERO; k],
+            anchors: vec![Anchor::Surface; k],
+            freedom: vec![Freedom::Fixed; k],
+            quads,
+            around: Vec::new(),
+            around_stances: Vec::new(),
+            features: features.to_vec(),
+            size: 1.0,
+            points: Vec::new(),
+            reach: 1.0,
+            known: Vec::new(),
+        }
+    }
+
+    /// Every side of the boundary stands in the word once, and those of cuts in both directions.
+    fn check(patch: &Patch, piece: &Piece, sides: usize) {
+        assert_eq!(piece.word.len(), sides);
+        let pairs: Vec<(u32, u32)> = (0..sides).map(|i| (piece.word[i], piece.word[(i + 1) % sides])).collect();
+        let own = |a: u32, b: u32| {
+            let side = |q: &[u32; 4]| (0..4).any(|k| (q[k], q[(k + 1) % 4]) == (a, b));
+            piece.quads.iter().any(|&q| side(&patch.quads[q]))
+        };
+        assert!(pairs.iter().all(|&(a, b)| own(a, b)), "{pairs:?}");
+        let twice = pairs.iter().filter(|&&(a, b)| pairs.contains(&(b, a))).count();
+        let open = pairs.iter().filter(|&&(a, b)| !own(b, a)).count();
+        assert!(twice + open >= sides && twice % 2 == 0, "{twice} {open}");
+    }
+
+    #[test]
+    fn a_disc_is_one_piece_and_a_feature_through_it_makes_two() {
+        let whole = grid(2, 3, |_, _| true, &[]);
+        let [piece] = &pieces(&whole)[..] else { panic!() };
+        check(&whole, piece, 10);
+        // Vertices 1, 5, 9 run across.
+        let cut = grid(2, 3, |_, _| true, &[[1, 5], [5, 9]]);
+        let [first, second] = &pieces(&cut)[..] else { panic!() };
+        check(&cut, first, 6);
+        check(&cut, second, 8);
+        // A feature that ends inside is passed on both sides.
+        let slit = grid(2, 3, |_, _| true, &[[1, 5]]);
+        let [piece] = &pieces(&slit)[..] else { panic!() };
+        check(&slit, piece, 12);
+    }
+
+    #[test]
+    fn an_annulus_is_cut_and_more_holes_are_left_alone() {
+        let ring = grid(5, 5, |i, j| (i, j) != (2, 2), &[]);
+        let [piece] = &pieces(&ring)[..] else { panic!() };
+        check(&ring, piece, 20 + 4 + 2 * 2);
+        let holes = grid(7, 5, |i, j| j != 2 || i % 2 == 0 || i == 5, &[]);
+        let [piece] = &pieces(&holes)[..] else { panic!() };
+        assert!(piece.word.is_empty());
+    }
+}
