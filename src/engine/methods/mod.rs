@@ -2,6 +2,7 @@
 //! neither the certificate nor what comes after them.
 
 mod coarse;
+mod cuboid;
 mod level;
 mod method;
 mod parameters;
@@ -12,6 +13,7 @@ mod subdivide;
 mod triangle_pairs;
 mod triangle_split;
 
+pub use cuboid::Cuboid;
 pub use level::Level;
 pub use method::{Method, MethodError};
 pub use parameters::{Parameter, Parameters, Range, Value};
@@ -21,4 +23,4 @@ pub use triangle_pairs::TrianglePairs;
 pub use triangle_split::TriangleSplit;
 
 /// The methods of this version; the first one is the default.
-pub const STANDARD: &[&dyn Method] = &[&quad_cover::QuadCover, &TrianglePairs, &TriangleSplit];
+pub const STANDARD: &[&dyn Method] = &[&quad_cover::QuadCover, &TrianglePairs, &TriangleSplit, &Cuboid];

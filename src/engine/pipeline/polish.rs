@@ -94,7 +94,8 @@ impl Polisher<'_> {
         }
         let Problem { surface, index, edge_length, .. } = self.problem;
         let options = MendOptions { edge_length: *edge_length };
-        let mended = self.ctx.stage(Stage::Optimise, |ctx| mend(ctx, surface, index, judged.draft.clone(), &options))?;
+        let mended =
+            self.ctx.stage(Stage::Optimise, |ctx| mend(ctx, surface, index, judged.draft.clone(), &options))?;
         if mended.discs == 0 {
             return Ok(judged);
         }

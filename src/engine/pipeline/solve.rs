@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use glam::DVec3;
 
 use crate::engine::mesh::Features;
-use crate::engine::methods::{Level, MapProduct, Method, MethodRef, Parameters, TrianglePairs, TriangleSplit};
+use crate::engine::methods::{Cuboid, Level, MapProduct, Method, MethodRef, Parameters, TrianglePairs, TriangleSplit};
 use crate::engine::pipeline::attempt::{Attempt, Extracted, NoQuads};
 use crate::engine::pipeline::costs::FIRST_TRY;
 use crate::engine::pipeline::judged::Judged;
@@ -47,7 +47,9 @@ pub(super) fn solve(
     problem: &Problem,
     spec: &RemeshSpec,
 ) -> Result<Result<Solution, String>, Cancelled> {
-    let mut search = Search { whole: problem, spec, best: None, map: None, warnings: Vec::new(), cause: String::new() };
+    let method = if is_box(problem) { MethodRef(&Cuboid) } else { spec.method };
+    let mut search =
+        Search { whole: problem, spec, method, best: None, map: None, warnings: Vec::new(), causes: Vec::new() };
     match search.run(ctx) {
         Err(stop @ Cancelled(StopReason::Deadline)) => search.cut(ctx, stop)?,
         done => done?,
@@ -66,23 +68,38 @@ fn substitute(method: &'static dyn Method, whole: &Problem, change: &'static str
     Attempt { method: MethodRef(method), parameters: Parameters::default(), problem, change }
 }
 
+/// Fewer quads than a box of two by two on each side leave the integers of a map no choice.
+const QUADS_OF_MAP: f64 = 24.0;
+
+/// Whether a component is so small that its quads are a box.
+fn is_box(problem: &Problem) -> bool {
+    let topology = problem.surface.mesh.topology();
+    problem.quads < QUADS_OF_MAP && topology.boundaries == 0 && topology.genus == 0
+}
+
 struct Search<'a> {
     whole: &'a Problem,
     spec: &'a RemeshSpec,
+    /// The method asked for, or a box where there are too few quads for any other.
+    method: MethodRef,
     /// The best quads so far.
     best: Option<Candidate>,
     /// A map, where quads come from elsewhere.
     map: Option<Box<MapProduct>>,
     warnings: Vec<Warning>,
-    /// Why the last attempt failed.
-    cause: String,
+    /// Why attempts failed, in order.
+    causes: Vec<String>,
 }
 
 impl Search<'_> {
     fn run(&mut self, ctx: &RunContext) -> Result<(), Cancelled> {
         let asked = Attempt {
-            method: self.spec.method,
-            parameters: self.spec.parameters.clone(),
+            method: self.method,
+            parameters: if self.method == self.spec.method {
+                self.spec.parameters.clone()
+            } else {
+                Parameters::default()
+            },
             problem: self.whole.clone(),
             change: "as asked for",
         };
@@ -129,7 +146,7 @@ impl Search<'_> {
                 return Ok((diagnosis, Vec::new()));
             }
         };
-        judged.quality.is_substitute = attempt.method != self.spec.method;
+        judged.quality.is_substitute = attempt.method != self.method;
         let (diagnosis, places) = diagnose(&judged);
         if !judged.is_certified() {
             self.failed(attempt, "no certificate", judged.cause(), &places);
@@ -152,7 +169,7 @@ impl Search<'_> {
                 WarningKind::AttemptFailed { attempt, cause: cause.clone() }
             }
         };
-        self.cause = cause;
+        self.causes.push(format!("{} {}: {cause}", attempt.method.name(), attempt.change));
         self.warnings.push(Warning::new(kind, None, places));
     }
 
@@ -172,12 +189,10 @@ impl Search<'_> {
     }
 
     fn solution(self) -> Result<Solution, String> {
-        let Self { whole, spec, best, map, mut warnings, cause } = self;
-        let Some(Candidate { judged, level, map: own, attempt }) = best else { return Err(cause) };
-        if !judged.is_certified() {
-            return Err(judged.cause());
-        }
-        if attempt.method != spec.method {
+        let Self { whole, method, best, map, mut warnings, causes, .. } = self;
+        let best = best.filter(|best| best.judged.is_certified());
+        let Some(Candidate { judged, level, map: own, attempt }) = best else { return Err(causes.join("; ")) };
+        if attempt.method != method {
             warnings.push(WarningKind::Fallback { level: level as u8 }.into());
         }
         if own.is_none() && !(whole.is_even() && whole.strokes.is_empty()) {

@@ -9,7 +9,9 @@ use crate::engine::field::quads_of;
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePart, TriMesh};
 use crate::engine::problem::{Problem, RefinementPoint, Wishes};
 
-/// Fewest quads that a component gets, and more for each boundary loop and each handle: fewer cannot show its shape.
+/// Fewest quads that a closed component of genus 0 gets: the sides of a box.
+const QUADS_OF_BOX: f64 = 6.0;
+/// Fewest quads that any other component gets, and more for each boundary loop and each handle: fewer cannot show its shape.
 const MIN_QUADS: f64 = 24.0;
 const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
@@ -20,6 +22,9 @@ const MOST_STRETCHED: f64 = 1.5;
 /// Fewest quads of a component.
 fn least_quads(mesh: &TriMesh) -> f64 {
     let topology = mesh.topology();
+    if topology.boundaries == 0 && topology.genus == 0 {
+        return QUADS_OF_BOX;
+    }
     MIN_QUADS + MIN_QUADS_OF_BOUNDARY * topology.boundaries as f64 + MIN_QUADS_OF_HANDLE * topology.genus as f64
 }
 

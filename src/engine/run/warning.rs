@@ -109,9 +109,9 @@ warnings! { // code { numbers } [ texts ], message
     /// One-sided surfaces were cut open.
     NonOrientableCut = "non-orientable-cut" { edges: usize } [],
         "one-sided surfaces were cut open along {edges} edges";
-    /// Components were left out because they have no area.
+    /// Components were left out because they have no area, or are closed and have no volume.
     ComponentDropped = "component-dropped" { components: usize } [],
-        "{components} components without area were left out";
+        "{components} components without area or volume were left out";
     /// Shells that lie upon an equal one were left out.
     DuplicateShell = "duplicate-shell" { shells: usize } [],
         "{shells} shells that lie upon an equal one were left out";

@@ -8,6 +8,7 @@ use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::ConditionError;
 use crate::engine::mesh::condition::degenerate::drop_flat_components;
+use crate::engine::mesh::condition::degenerate::drop_shards;
 use crate::engine::mesh::condition::degenerate::mend;
 use crate::engine::mesh::condition::doubled::drop_duplicates;
 use crate::engine::mesh::condition::doubled::folds;
@@ -84,6 +85,7 @@ pub fn condition(
     };
     let mut draft = split_double_edges(split_fans(draft, &mut tally), &mut tally);
     drop_flat_components(&mut draft, &mut tally);
+    drop_shards(&mut draft, frame.diagonal, &mut tally);
     if draft.faces.is_empty() {
         return Err(ConditionError::ZeroArea { polygons });
     }
@@ -211,7 +213,9 @@ fn warnings(repairs: &[(&'static str, usize)]) -> Vec<Warning> {
         "non_manifold_edges_cut" => Some(WarningKind::NonManifoldCut { edges: n }),
         "non_orientable_edges_cut" => Some(WarningKind::NonOrientableCut { edges: n }),
         "duplicate_shells_dropped" => Some(WarningKind::DuplicateShell { shells: n }),
-        "components_without_area_dropped" => Some(WarningKind::ComponentDropped { components: n }),
+        "components_without_area_dropped" | "components_without_volume_dropped" => {
+            Some(WarningKind::ComponentDropped { components: n })
+        }
         _ => None,
     };
     repairs.iter().filter_map(kind).map(Warning::from).collect()

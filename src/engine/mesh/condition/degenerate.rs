@@ -68,6 +68,35 @@ pub(super) fn drop_flat_components(draft: &mut Draft, tally: &mut Tally) {
     tally.add("components_without_area_dropped", flat);
 }
 
+/// A closed component thinner than this part of the model's diagonal has no volume: eight times the rounding of single
+/// precision, in which most files are written.
+const LEAST_THICKNESS: f64 = 8.0 * f32::EPSILON as f64;
+
+/// Drops closed components whose mean thickness, twice the volume over the area, is nothing at the size of the model
+/// (`diagonal`): shards that exporters and cuts leave behind. A model that has nothing else keeps them.
+pub(super) fn drop_shards(draft: &mut Draft, diagonal: f64, tally: &mut Tally) {
+    let (component, n) = components(&draft.twin);
+    let (mut volume, mut area, mut is_closed) = (vec![0.0; n], vec![0.0; n], vec![true; n]);
+    let mut origin: Vec<Option<DVec3>> = vec![None; n];
+    for (f, &c) in component.iter().enumerate() {
+        let c = c as usize;
+        let [p, q, r] = triangle(draft, f as u32);
+        // Seen from a point of the component, so that its distance from the origin costs no digits.
+        let from = *origin[c].get_or_insert(p);
+        volume[c] += (p - from).dot((q - from).cross(r - from)) / 6.0;
+        area[c] += 0.5 * (q - p).cross(r - p).length();
+        is_closed[c] &= draft.twin[3 * f..3 * f + 3].iter().all(|&t| t != NONE);
+    }
+    let is_shard = |c: usize| is_closed[c] && 2.0 * f64::abs(volume[c]) <= LEAST_THICKNESS * diagonal * area[c];
+    let shards = (0..n).filter(|&c| is_shard(c)).count();
+    if shards == 0 || shards == n {
+        return;
+    }
+    let keep: Vec<bool> = component.iter().map(|&c| !is_shard(c as usize)).collect();
+    draft.retain(&keep);
+    tally.add("components_without_volume_dropped", shards);
+}
+
 fn scales(draft: &Draft) -> (Vec<u32>, Vec<Scale>) {
     let (component, n) = components(&draft.twin);
     let mut low = vec![DVec3::INFINITY; n];
