@@ -65,6 +65,12 @@ pub fn plan_of_run(size: &Size, files: usize) -> Plan {
     Plan::new(&[(Stage::Read, size.cost(Stage::Read)), (Stage::Condition, engine), (Stage::Write, write)])
 }
 
+/// Share of the proof of what was written in the writing of `files` files.
+pub fn share_of_proof(size: &Size, files: usize) -> f64 {
+    let proof = size.cost(Stage::Certify);
+    proof / (proof + files as f64 * size.cost(Stage::Write))
+}
+
 /// The engine's part: all components together.
 pub(super) fn plan_of_model(size: &Size, spec: &RemeshSpec) -> Plan {
     let draft = Draft::ByMap { searched: spec.optimise != Optimise::None };
