@@ -128,13 +128,7 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &ResolvedSpec, wanted: &Want
 }
 
 /// Writes all files and certifies what is read back from them: mostly once, which takes the share `proof` of the time.
-fn write(
-    ctx: &RunContext,
-    outcome: Outcome,
-    scene: &Scene,
-    wanted: &Wanted,
-    proof: f64,
-) -> Result<Products, Problem> {
+fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted, proof: f64) -> Result<Products, Problem> {
     let mut report = ReportBody::of(&outcome.report);
     let index = SurfaceIndex::new(&outcome.surface.mesh);
     let mut quads: Vec<(QuadFormat, Vec<u8>)> = Vec::new();
