@@ -48,9 +48,9 @@ fn edge_and_density(quads: &QuadMesh, chosen: impl Fn(DVec3) -> bool) -> (f64, f
 
 #[test]
 fn quads_are_smaller_where_the_surface_curves_more() {
-    let soup = soup_of("dumbbell", 3000);
+    let soup = soup_of("dumbbell", 6000);
     let ratio = |adaptive_size: f64| {
-        let outcome = certified(&soup, 800, RemeshSpec { adaptive_size, ..RemeshSpec::default() });
+        let outcome = certified(&soup, 1500, RemeshSpec { adaptive_size, ..RemeshSpec::default() });
         let neck = edge_and_density(&outcome.quads, |p| p.x.abs() < 0.4).0;
         edge_and_density(&outcome.quads, |p| p.x.abs() > 1.2).0 / neck
     };
