@@ -2,7 +2,8 @@
 //!
 //! The engine tells shares of work and has no clock. The speed is taken over the whole run so far and over its last part:
 //! the first evens out stages that were cheaper or dearer than expected, the second notices that the rest of the run goes
-//! at another pace. What is told is evened out once more, as the moment at which the run will be over.
+//! at another pace. The first counts for more until near the end: a slow stretch is mostly one stage that was dearer on
+//! this model, and says little of the stages after it. What is told is evened out once more, as the moment at which the run will be over.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,8 +12,9 @@ use std::time::Duration;
 const EARLIEST: (f64, Duration) = (0.02, Duration::from_millis(500));
 /// Share of the time so far that counts as the last part.
 const LAST_PART: f64 = 0.3;
-/// Weight of the speed of the last part against that of the whole.
-const WEIGHT_OF_LAST: f64 = 0.7;
+/// Weight of the speed of the last part against that of the whole, times the square of the progress: early it is one
+/// stage of many, near the end what is left is like it.
+const WEIGHT_OF_LAST: f64 = 0.8;
 /// How soon a new estimate of the end replaces the old one, as a share of the time so far.
 const INERTIA: f64 = 0.1;
 /// Steps of progress that are remembered.
@@ -47,7 +49,8 @@ impl TimeLeft {
         let from = now * (1.0 - LAST_PART);
         let before = self.past.iter().rev().find(|past| past.0 <= from).copied().unwrap_or_default();
         let (whole, last) = (progress / now, (progress - before.1) / (now - before.0));
-        let speed = whole.powf(1.0 - WEIGHT_OF_LAST) * last.max(0.1 * whole).powf(WEIGHT_OF_LAST);
+        let weight = WEIGHT_OF_LAST * progress * progress;
+        let speed = whole.powf(1.0 - weight) * last.max(0.1 * whole).powf(weight);
         let end = now + (1.0 - progress) / speed;
         let end = match self.end {
             None => end,
@@ -85,9 +88,23 @@ mod tests {
     fn a_run_that_slows_down_is_noticed_in_time() {
         // The first tenth of the time does three tenths of the work.
         let uneven = |share: f64| if share < 0.1 { 3.0 * share } else { 0.3 + (share - 0.1) * 7.0 / 9.0 };
+        for (t, left) in estimates(60.0, uneven).into_iter().filter(|(t, _)| (25.0..58.0).contains(t)) {
+            let left = left.unwrap();
+            assert!((left - (60.0 - t)).abs() < 0.4 * (60.0 - t), "{left} of {} s left", 60.0 - t);
+        }
+    }
+
+    #[test]
+    fn one_slow_stage_is_not_taken_for_the_rest() {
+        // Between a fifth and two fifths of the time all goes at half the speed.
+        let uneven = |share: f64| match share {
+            s if s < 0.2 => 1.5 * s,
+            s if s < 0.4 => 0.3 + 0.5 * (s - 0.2),
+            s => s,
+        };
         for (t, left) in estimates(60.0, uneven).into_iter().filter(|(t, _)| (20.0..58.0).contains(t)) {
             let left = left.unwrap();
-            assert!((left - (60.0 - t)).abs() < 0.35 * (60.0 - t), "{left} of {} s left", 60.0 - t);
+            assert!((left - (60.0 - t)).abs() < 0.3 * (60.0 - t), "{left} of {} s left", 60.0 - t);
         }
     }
 

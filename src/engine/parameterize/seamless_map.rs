@@ -201,7 +201,8 @@ impl MapSystem {
             None => None,
         };
         if best.as_ref().is_none_or(|b| b.1 > 0)
-            && let Some(by_flow) = self.flow(&ctx.span(0.5, 1.0), &elements, scale, &separations)?
+            && let Some(by_flow) =
+                self.flow(&ctx.span(if best.is_some() { 0.5 } else { 0.1 }, 1.0), &elements, scale, &separations)?
         {
             let is_better = |b: &(Vec<f64>, usize)| {
                 let excess = |q: &[f64]| self.periods.as_ref().map_or(0.0, |p| p.excess(scale, q));

@@ -31,7 +31,7 @@ pub use crate::engine::methods::quad_cover::RoundingTrial;
 pub use crate::engine::parameterize::RoundingStatistics;
 pub use crate::engine::problem::{Align, Boundary, Optimise, WorkingMesh};
 pub use check::{RunFindings, check};
-pub use costs::{Size, plan_of_run};
+pub use costs::{Size, plan_of_run, share_of_proof};
 pub use error::RemeshError;
 pub use inspect::{Inspection, inspect};
 pub use outcome::MapOutcome;

@@ -31,6 +31,9 @@ impl StopReason {
     const USUAL: u8 = StopReason::OF_LATE_STEPS | StopReason::Deadline as u8;
 }
 
+/// Share of a stage that comes again, relative to that of the same stage at first.
+const AGAIN: f64 = 0.5;
+
 /// The run was asked to stop. Never logged as a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the run was stopped ({0:?})")]
@@ -171,7 +174,9 @@ impl RunContext {
     }
 
     /// Runs one stage between its `stage_begins` and `stage_ends`, checking for a stop first. The work gets the context
-    /// by which it tells how far it is: its share of the progress by the plan of this one.
+    /// by which it tells how far it is: its share of the progress by the plan of this one. A stage that comes again in
+    /// the same work mostly finds little to do, and other ones may follow it: its share is [`AGAIN`] of that, and what it
+    /// has not told at its end is left for them.
     pub fn stage<T, E: From<Cancelled>>(
         &self,
         stage: Stage,
@@ -179,9 +184,11 @@ impl RunContext {
     ) -> Result<T, E> {
         self.check()?;
         self.shared.observer.stage_begins(stage);
-        let within = self.stages(stage, stage);
+        let comes_again = !self.scope.begins(stage);
+        let share = self.plan.share(stage, stage);
+        let within = self.attempt(if comes_again { AGAIN * share } else { share });
         let result = work(&within);
-        if result.is_ok() {
+        if result.is_ok() && !comes_again {
             within.advance(1.0);
         }
         self.shared.observer.stage_ends(stage);

@@ -146,7 +146,13 @@ mod tests {
         stage(Stage::Certify).unwrap();
         assert_eq!(heard.last(), 800);
         stage(Stage::Certify).unwrap();
-        assert_eq!(heard.last(), 900, "a stage may come again");
+        assert_eq!(heard.last(), 800, "what comes again and has nothing to tell leaves its share to others");
+        let again = |ctx: &RunContext| {
+            ctx.advance(1.0);
+            Ok::<_, Cancelled>(())
+        };
+        ctx.stage(Stage::Certify, again).unwrap();
+        assert_eq!(heard.last(), 850, "half of the share that it had at first");
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Shares of the progress of a run, with atomics only.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+use crate::engine::run::stage::Stage;
 
 /// The whole run in units of progress.
 const WHOLE: u64 = 1 << 40;
@@ -16,13 +18,19 @@ pub(super) struct Scope {
     share: u64,
     /// How much of it was told, by itself or from below.
     told: AtomicU64,
+    /// The stages that have begun in it, one bit each.
+    begun: AtomicU32,
     above: Option<Arc<Scope>>,
 }
 
 impl Scope {
+    fn new(share: u64, above: Option<Arc<Scope>>) -> Self {
+        Self { share, told: AtomicU64::new(0), begun: AtomicU32::new(0), above }
+    }
+
     /// The scope of a whole run.
     pub(super) fn whole() -> Self {
-        Self { share: WHOLE, told: AtomicU64::new(0), above: None }
+        Self::new(WHOLE, None)
     }
 
     /// A part of this share of the whole scope, or of what is left of it if that is less.
@@ -38,7 +46,13 @@ impl Scope {
     }
 
     fn part_of(self: &Arc<Self>, share: u64) -> Arc<Self> {
-        Arc::new(Self { share: share.min(self.left()), told: AtomicU64::new(0), above: Some(self.clone()) })
+        Arc::new(Self::new(share.min(self.left()), Some(self.clone())))
+    }
+
+    /// Notes that a stage begins; whether it is the first time.
+    pub(super) fn begins(&self, stage: Stage) -> bool {
+        let bit = 1 << stage as u32;
+        self.begun.fetch_or(bit, Ordering::AcqRel) & bit == 0
     }
 
     fn left(&self) -> u64 {

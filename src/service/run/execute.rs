@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::engine::certify::certify;
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::pipeline::{Outcome, RemeshSpec, Size, plan_of_run, remesh};
+use crate::engine::pipeline::{Outcome, RemeshSpec, Size, plan_of_run, remesh, share_of_proof};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{RunContext, Stage, StopReason, Warning, WarningKind};
 use crate::service::config::LimitsConfig;
@@ -114,7 +114,8 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &ResolvedSpec, wanted: &Want
     let Model { soup, scene, warnings } = ctx.stage(Stage::Read, |_| {
         read_model(input.bytes, input.format, input.beside, &input.limits).map_err(|error| Problem::from(&error))
     })?;
-    let ctx = &ctx.planned(plan_of_run(&Size::of(soup.n_polygons() as f64, &spec.spec), files));
+    let size = Size::of(soup.n_polygons() as f64, &spec.spec);
+    let ctx = &ctx.planned(plan_of_run(&size, files));
     let asked = RemeshSpec { time_limit: UNITS_PER_SECOND * spec.options.deadline_s, ..spec.spec.clone() };
     let mut outcome = remesh(&ctx.stages(Stage::Condition, Stage::Certify), &soup, &asked)
         .map_err(|error| problem_of_fault(&error, Some(error.stage()), ctx.stopped()))?;
@@ -127,25 +128,26 @@ fn steps(ctx: &RunContext, input: &Input<'_>, spec: &ResolvedSpec, wanted: &Want
     }
     let ctx = &ctx.late();
     judge(&ReportBody::of(&outcome.report), spec)?;
-    ctx.stage(Stage::Write, |ctx| write(ctx, outcome, &scene, wanted))
+    ctx.stage(Stage::Write, |ctx| write(ctx, outcome, &scene, wanted, share_of_proof(&size, files)))
 }
 
-/// Writes all files and certifies what is read back from them.
-fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted) -> Result<Products, Problem> {
+/// Writes all files and certifies what is read back from them: mostly once, which takes the share `proof` of the time.
+fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted, proof: f64) -> Result<Products, Problem> {
     let mut report = ReportBody::of(&outcome.report);
     let index = SurfaceIndex::new(&outcome.surface.mesh);
     let mut quads: Vec<(QuadFormat, Vec<u8>)> = Vec::new();
     let mut proved: Option<QuadMesh> = None;
-    let files = wanted.n_files();
+    let share = (1.0 - proof) / wanted.n_files() as f64;
     for (i, &format) in wanted.quads.iter().enumerate() {
-        let ctx = ctx.part(i, files);
+        let before = if proved.is_some() { proof } else { 0.0 } + i as f64 * share;
+        ctx.advance(before);
         let bytes = write_model(&outcome.quads, &outcome.attributes, scene, format);
         let again = read_quads(&bytes, format).map_err(|error| not_certified(&error.to_string()))?;
         if proved.as_ref().is_some_and(|proved| *proved == again) {
             quads.push((format, bytes));
             continue;
         }
-        let certificate = certify(&ctx.span(0.3, 1.0), &outcome.surface, &index, &again)?;
+        let certificate = certify(&ctx.span(before + share, before + share + proof), &outcome.surface, &index, &again)?;
         if certificate.certified {
             quads.push((format, bytes));
             proved.get_or_insert(again);
@@ -168,7 +170,7 @@ fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted) -> 
     });
     let mut maps = Vec::new();
     for (i, &format) in wanted.map.iter().enumerate().filter(|_| map.is_some()) {
-        ctx.advance((wanted.quads.len() + i) as f64 / files as f64);
+        ctx.advance(proof + (wanted.quads.len() + i) as f64 * share);
         maps.extend(map.as_ref().map(|view| (format, write_map(view, format))));
     }
     let preview = wanted.preview.map(|size| draw(&outcome.quads, size)).transpose()?;

@@ -114,6 +114,7 @@ pub(in crate::engine::field) fn search_branch_points(
     }
     let rest = field.angle.clone();
     around.turning.relax(mesh, around.frames, field, &rest);
+    ctx.check()?;
     let energy = curl.energy(mesh, around.frames, field, None)?;
     let begun = SearchStep { evaluations: 1, energy: energy.value, points: field.singularities().len() };
     let mut done = BranchSearch {
@@ -158,13 +159,15 @@ impl Search<'_> {
         let Surroundings { mesh, frames, turning, .. } = *self.around;
         let curl = moves.curl;
         let (begun, mut failures) = (self.done.evaluations, 0);
+        // The first phase counts the evaluation of the field that it starts from.
+        let first = usize::from(begun == 1);
         let mut history = vec![moves.cost(self.field, self.energy.value)];
         let mut derivative = curl.derivative(mesh, frames, self.field, &self.energy, turning);
         let mut proposed = moves.propose(self.field, &derivative);
         while self.done.evaluations < self.limit && failures < MAX_FAILURES {
             self.ctx.check()?;
             // It mostly ends long before the limit.
-            let left = 1.0 - (self.done.evaluations - begun) as f64 / (self.limit - begun) as f64;
+            let left = 1.0 - (self.done.evaluations - begun + first) as f64 / (self.limit - begun + first) as f64;
             self.ctx.advance(1.0 - left * left);
             let chosen = moves.choose(&proposed, batch);
             if chosen.is_empty() {

@@ -27,6 +27,8 @@ const COARSE: f64 = 1.0;
 const WORTH: f64 = 0.4;
 /// Faces up to which the search goes on the working mesh itself.
 const FEW_FACES: usize = 10_000;
+/// Share of the guidance in the time of a field, about.
+const GUIDED: f64 = 0.07;
 /// Crosses are looked for within this many quad edges.
 const REACH: f64 = 0.5;
 
@@ -40,11 +42,11 @@ pub(super) fn solve_field(
     options: &QuadCoverOptions,
 ) -> Result<(CrossField, BranchSearch), QuadCoverError> {
     let coarse = match options.branch_points {
-        Some(_) => coarse_start(&ctx.span(0.0, 0.6), working, frames, options)?,
+        Some(_) => coarse_start(&ctx.span(0.0, 0.55), working, frames, options)?,
         None => None,
     };
     let (start, mut search) = coarse.map_or((None, BranchSearch::default()), |(start, search)| (Some(start), search));
-    let fine = if start.is_some() { ctx.span(0.6, 1.0) } else { ctx.clone() };
+    let fine = if start.is_some() { ctx.span(0.55, 1.0) } else { ctx.clone() };
     let (field, after) = on_mesh(&fine, working, frames, strokes, start, options)?;
     search.go_on(after);
     Ok((field, search))
@@ -65,14 +67,14 @@ fn coarse_start(
         return Ok(None);
     }
     let index = SurfaceIndex::new(mesh);
-    let coarse = remesh_isotropic(&ctx.span(0.0, 0.3), working, &index, &IsotropicOptions::dense(edge))?;
+    let coarse = remesh_isotropic(&ctx.span(0.0, 0.1), working, &index, &IsotropicOptions::dense(edge))?;
     if coarse.mesh.n_faces() > mesh.n_faces() / 2 {
         return Ok(None);
     }
     let log_size = carried_sizes(mesh, &index, &options.log_size, coarse.mesh.positions());
     let coarse_frames = frames_of(&coarse.mesh, &log_size);
     let strokes = stroke_guidance(&coarse.mesh, &coarse_frames, &options.strokes, options.edge_length);
-    let (field, search) = on_mesh(&ctx.span(0.3, 0.95), &coarse, &coarse_frames, strokes, None, options)?;
+    let (field, search) = on_mesh(&ctx.span(0.1, 0.95), &coarse, &coarse_frames, strokes, None, options)?;
     let start = transfer_field((&coarse.mesh, &coarse_frames, &field), (mesh, frames), REACH * options.edge_length);
     Ok(Some((start, search)))
 }
@@ -104,7 +106,7 @@ fn on_mesh(
     let mesh = &surface.mesh;
     let flags = options.followed(surface);
     let guidance = options.guided.then(|| curvature_guidance(mesh, frames, &flags, 0.7 * options.edge_length));
-    ctx.advance(0.1);
+    ctx.advance(GUIDED);
     let field_options = FieldOptions {
         edge_length: options.edge_length,
         smoothing: options.smoothing,
@@ -112,5 +114,5 @@ fn on_mesh(
         strokes,
         start,
     };
-    Ok(smooth_cross_field(&ctx.span(0.1, 1.0), mesh, frames, &flags, guidance.as_ref(), &field_options)?)
+    Ok(smooth_cross_field(&ctx.span(GUIDED, 1.0), mesh, frames, &flags, guidance.as_ref(), &field_options)?)
 }

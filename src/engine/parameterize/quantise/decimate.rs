@@ -19,12 +19,13 @@ pub(super) fn decimate(ctx: &RunContext, complex: &mut Complex) -> Result<(), Ca
         (0..complex.some.len() as u32).filter(|&v| complex.may_go(v)).map(|v| (complex.fan(v).len(), v)).collect();
     let mut degree: Vec<usize> = vec![usize::MAX; complex.some.len()];
     queue.iter().for_each(|&(n, v)| degree[v as usize] = n);
-    let mut steps = 0u32;
+    let (mut steps, all) = (0u32, queue.len());
     while let Some((_, v)) = queue.pop_first() {
         degree[v as usize] = usize::MAX;
         steps += 1;
         if steps.is_multiple_of(256) {
             ctx.check()?;
+            ctx.advance(1.0 - queue.len() as f64 / all as f64);
         }
         let fan = complex.fan(v);
         let mut around: Vec<u32> =

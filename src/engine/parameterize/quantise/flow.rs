@@ -63,6 +63,8 @@ pub(super) struct Flow {
 const LEAST_GAIN: f64 = 1e-9;
 /// Rounds of cycles at most.
 const MOST_ROUNDS: usize = 2_000;
+/// Each round takes this share of what is left of the progress: there are tens of them.
+const SHARE_OF_ROUND: f64 = 0.03;
 
 impl Flow {
     pub(super) fn new(n_sums: usize, variables: Vec<Variable>) -> Self {
@@ -114,10 +116,11 @@ impl Flow {
     /// its surroundings, each improvement some passes over all arcs.
     pub(super) fn solve(&self, ctx: &RunContext, start: &[i64]) -> Result<Option<Vec<i64>>, Cancelled> {
         let mut x: Vec<i64> = self.variables.iter().zip(start).map(|(variable, &x)| x.max(variable.least)).collect();
-        if !self.balance(ctx, &mut x)? {
+        if !self.balance(&ctx.span(0.0, 0.5), &mut x)? {
             return Ok(None);
         }
-        self.cancel_cycles(ctx, &mut x)?;
+        self.cancel_cycles(&ctx.span(0.5, 1.0), &mut x)?;
+        ctx.advance(1.0);
         Ok(Some(x))
     }
 
@@ -147,6 +150,7 @@ impl Flow {
         for sum in 0..sums.len() {
             while sums[sum] != 0 {
                 ctx.check()?;
+                ctx.advance(sum as f64 / sums.len() as f64);
                 let Some((walk, end)) = self.shortest(x, &sums, sum, &mut search) else { return Ok(false) };
                 for &a in &walk {
                     let arc = self.arcs[a as usize];
@@ -220,6 +224,7 @@ impl Flow {
         let mut parents = Parents::new(n);
         for _ in 0..MOST_ROUNDS {
             ctx.check()?;
+            ctx.attempt(SHARE_OF_ROUND).advance(1.0);
             for state in 0..n as u32 {
                 for a in self.arcs_of(state) {
                     let arc = self.arcs[a];

@@ -28,28 +28,31 @@ use glam::{DVec2, I64Vec2};
 const MAY_TURN: f64 = 0.05;
 /// Times that triangles that turn over are pulled open, while that leaves at most two thirds of them.
 const MAX_PULLS: usize = 5;
+/// Each pull takes this share of what is left of the progress: there are mostly fewer than allowed.
+const SHARE_OF_PULL: f64 = 0.5;
 
 /// Integers for the map with these real unknowns, grid units; `None` if there is no flow, or it leaves some of them open.
 pub(super) fn quantise(ctx: &RunContext, elements: &Elements<'_>, raw: &[f64]) -> Result<Option<Vec<f64>>, Cancelled> {
     let mut complex = Complex::new(elements, raw, named(elements));
     complex.keep_turns();
-    decimate(ctx, &mut complex)?;
+    decimate(&ctx.span(0.05, 0.25), &mut complex)?;
     let is_special = |v: u32| elements.special.binary_search(&v).is_ok();
     let (extents, mut flow) = flow_of(&complex, &complex.integral(is_special));
     let nearest: Vec<i64> = flow.variables().iter().map(|v| v.target.round() as i64).collect();
-    let Some(mut x) = flow.solve(ctx, &nearest)? else { return Ok(None) };
+    let Some(mut x) = flow.solve(&ctx.span(0.25, 0.6), &nearest)? else { return Ok(None) };
     let mut most = usize::MAX;
+    let pulls = ctx.span(0.6, 0.9);
     for _ in 0..MAX_PULLS {
         let turned = pull_open(&complex, &extents, &mut flow, &x);
         if turned == 0 || turned > most {
             break;
         }
         most = turned * 2 / 3;
-        let Some(pulled) = flow.solve(ctx, &x)? else { break };
+        let Some(pulled) = flow.solve(&pulls.attempt(SHARE_OF_PULL), &x)? else { break };
         x = pulled;
     }
     let along = extents.iter().map(|extent| extent.value(&x)).collect::<Vec<_>>();
-    recover(ctx, elements, &complex, &along)
+    recover(&ctx.span(0.9, 1.0), elements, &complex, &along)
 }
 
 /// Where the extents of a halfedge come from.

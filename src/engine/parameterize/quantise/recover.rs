@@ -34,9 +34,11 @@ pub(super) fn recover(
     for x in (0..n_raw).filter(|&x| unknowns.forms[x].is_empty()) {
         elimination.add(&[(x as u32, 1.0)]);
     }
-    for (count, h) in in_order(complex).into_iter().enumerate() {
+    let order = in_order(complex);
+    for (count, &h) in order.iter().enumerate() {
         if count % 1024 == 0 {
             ctx.check()?;
+            ctx.advance(count as f64 / order.len() as f64);
         }
         let [from, to] = [h, next(h)].map(|h| real_parts(&complex.corner[h].form));
         for c in 0..2 {

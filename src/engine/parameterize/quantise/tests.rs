@@ -46,15 +46,19 @@ fn sums(n_sums: usize, variables: &[Variable], x: &[i64]) -> Vec<i64> {
 /// The least cost over all values from the bounds to 6.
 fn exhaustive(n_sums: usize, variables: &[Variable]) -> Option<f64> {
     let mut x: Vec<i64> = variables.iter().map(|v| v.least).collect();
+    let mut sums = sums(n_sums, variables, &x);
     let mut best: Option<f64> = None;
     loop {
-        if sums(n_sums, variables, &x).iter().all(|&s| s == 0) {
+        if sums.iter().all(|&s| s == 0) {
             let cost: f64 = variables.iter().zip(&x).map(|(v, &x)| v.weight * (x as f64 - v.target).powi(2)).sum();
             best = Some(best.map_or(cost, |b| b.min(cost)));
         }
         let Some(at) = (0..x.len()).find(|&i| x[i] < 6) else { return best };
-        x[at] += 1;
-        (0..at).for_each(|i| x[i] = variables[i].least);
+        for (i, variable) in variables.iter().enumerate().take(at + 1) {
+            let to = if i == at { x[i] + 1 } else { variable.least };
+            let by = to - std::mem::replace(&mut x[i], to);
+            variable.ends.iter().flatten().for_each(|&(sum, sign)| sums[sum as usize] += sign * by);
+        }
     }
 }
 

@@ -14,6 +14,8 @@ use crate::engine::run::RunContext;
 const MAX_PULLS: usize = 6;
 /// Stiffness of a pulled separation relative to the mean stiffness of an integer.
 const SPRING: f64 = 20.0;
+/// Each pull takes this share of what is left of the progress: there are mostly fewer than allowed.
+const SHARE_OF_PULL: f64 = 0.4;
 
 /// Rounds greedily and descends. Separations that the result violates are pulled to their bound by a stiff spring and
 /// everything is rounded again, a few times; the result is the first with the fewest violations.
@@ -28,10 +30,13 @@ pub(super) fn pulled(
     let steps = if gram.n > MANY_INTEGERS { 100 } else { 20 * gram.n.max(50) };
     let mut pulled: Vec<usize> = Vec::new();
     let mut best: Option<(usize, Vec<f64>)> = None;
-    let mut start = greedy(ctx, inverse, target, Next::Nearest)?;
+    let mut start = greedy(&ctx.span(0.0, 0.2), inverse, target, Next::Nearest)?;
+    ctx.advance(0.2);
     for pull in 0.. {
+        let ctx = &ctx.attempt(SHARE_OF_PULL);
         let mut candidate = Candidate::new(gram, &guard, target, start);
-        descend(ctx, &mut candidate, steps)?;
+        descend(&ctx.span(0.0, 0.4), &mut candidate, steps)?;
+        ctx.advance(0.4);
         let violated = candidate.violated();
         let n_violated = violated.len();
         if best.as_ref().is_none_or(|b| n_violated < b.0) {
@@ -45,7 +50,8 @@ pub(super) fn pulled(
         pulled.dedup();
         let forms: Vec<&Separation> = pulled.iter().map(|&k| &separations[k]).collect();
         let Some((inverse, optimum)) = pull_apart(gram, target, &forms) else { break };
-        start = greedy(ctx, &inverse, &optimum, Next::Nearest)?;
+        start = greedy(&ctx.span(0.7, 1.0), &inverse, &optimum, Next::Nearest)?;
+        ctx.advance(1.0);
     }
     Ok(best.map_or_else(Vec::new, |b| b.1))
 }
