@@ -28,6 +28,11 @@ const REACH: f64 = 3.0;
 /// enough, since it comes nearer with every move.
 const NEAR: f64 = 1.5;
 const OFF: f64 = 0.05;
+/// Rounds between two looks at the surface beneath the quads: it turns slowly as they move.
+const LOOKING: usize = 2;
+/// Rounds without progress (areas in squares of the wanted edge) after which corners that are turned over stay so.
+const STALLED: usize = 8;
+const PROGRESS: f64 = 1e-4;
 /// Rounds of averaging that spread vertices out over a disc, so many per ring.
 const SPREADING: usize = 40;
 
@@ -96,10 +101,18 @@ pub(super) fn settle(
     let mut steps = vec![0.3; patch.positions.len()];
     let mut epsilon = 0.0;
     let rounds = effort.rounds();
+    let (mut ups, mut best) = (Vec::new(), (f64::NEG_INFINITY, 0));
     for round in 0..rounds {
-        let ups = ups_of(ground, patch);
+        if round % LOOKING == 0 {
+            ups = ups_of(ground, patch);
+        }
         let least = least_area(patch, &ups, &moving, size);
         if round > 2 && least > 0.0 && worst(patch, &ups, &moving) > GOOD {
+            break;
+        }
+        if least > best.0 + PROGRESS {
+            best = (least, round);
+        } else if least <= 0.0 && round >= best.1 + STALLED {
             break;
         }
         // The schedule of the paper with a constant rate.
