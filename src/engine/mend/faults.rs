@@ -75,7 +75,7 @@ pub(super) fn inject(ground: &Ground<'_>, draft: &QuadDraft, fault: Fault, seed:
             let n = piece.word.len() as u32;
             (n >= 4).then_some(())?;
             let core = Pattern::grid(1, n / 2 - 1, (scatter(seed ^ 0x77) % u64::from(n)) as u32);
-            let filled = insert(ground, &patch, piece, &Pattern::padded(&core));
+            let filled = insert(&patch, piece, &Pattern::padded(&core));
             let shift = draft.mesh.positions.len() as u32 - filled.origin.len() as u32;
             let rename = |v: u32| filled.origin.get(v as usize).map_or(v + shift, |&o| o);
             bad.mesh.positions.extend_from_slice(&filled.positions[filled.origin.len()..]);

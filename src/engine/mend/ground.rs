@@ -13,8 +13,6 @@ const OFF_CURVE: f64 = 0.1;
 const OFF_CORNER: f64 = 1e-4;
 /// A face may hold a vertex if its normal is within 78 degrees (cosine) of that of the surface around it.
 const SAME_SHEET: f64 = 0.2;
-/// Vertices are drawn to the surface from this many edges.
-const REACH: f64 = 3.0;
 
 /// The surface beneath a draft.
 #[derive(Debug)]
@@ -55,9 +53,9 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The point of the surface nearest to `p` whose normal agrees with `up`, if there is one near.
-    pub(super) fn drawn(&self, p: DVec3, up: DVec3) -> Option<DVec3> {
+    /// The point of the surface nearest to `p` whose normal agrees with `up`, if there is one within `reach`.
+    pub(super) fn drawn(&self, p: DVec3, up: DVec3, reach: f64) -> Option<DVec3> {
         let agrees = |face: u32| up == DVec3::ZERO || self.index.normal(face).dot(up) > SAME_SHEET;
-        self.index.closest_where(p, REACH * self.edge, agrees).map(|found| found.position)
+        self.index.closest_where(p, reach, agrees).map(|found| found.position)
     }
 }

@@ -4,6 +4,7 @@ use crate::engine::certify::Stance;
 use crate::engine::mend::ground::Ground;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::improve::{DEAD, QuadNet};
+use crate::engine::quad::optimise::Curve;
 use glam::DVec3;
 
 /// Part of the way between its neighbours on a curve that a vertex keeps from either.
@@ -148,7 +149,7 @@ impl Patch {
     }
 
     /// Finds out how each vertex may move, and puts those that are anchored to where they belong.
-    pub(super) fn set_free(&mut self, ground: &Ground<'_>) {
+    fn set_free(&mut self, ground: &Ground<'_>) {
         let n = self.positions.len();
         let (mut inside, mut outside) = (vec![false; n], vec![false; n]);
         self.living().flatten().for_each(|&v| inside[v as usize] = true);
@@ -182,9 +183,8 @@ impl Patch {
         }
         // Those that left their curve come back between their neighbours.
         for v in 0..n as u32 {
-            if let Freedom::Curve { .. } = self.freedom[v as usize] {
-                let p = self.positions[v as usize];
-                self.positions[v as usize] = self.slid(ground, v, p);
+            if let Some(room) = self.room(ground, v) {
+                self.positions[v as usize] = room.nearest(self.positions[v as usize]);
             }
         }
     }
@@ -201,10 +201,9 @@ impl Patch {
         near.min_by(|&c, &d| cost(c).total_cmp(&cost(d)).then(c.cmp(&d)))
     }
 
-    /// Where a vertex comes to lie if it is drawn towards `p`: on its curve, at least a sixth of the way from either
-    /// neighbour.
-    pub(super) fn slid(&self, ground: &Ground<'_>, v: u32, p: DVec3) -> DVec3 {
-        let Freedom::Curve { curve, ends } = self.freedom[v as usize] else { return self.positions[v as usize] };
+    /// Where a vertex on a curve may be: between its neighbours, a sixth of the way from either.
+    pub(super) fn room<'a>(&self, ground: &'a Ground<'_>, v: u32) -> Option<Room<'a>> {
+        let Freedom::Curve { curve, ends } = self.freedom[v as usize] else { return None };
         let curve = &ground.curves[curve as usize];
         let arc = |v: u32| curve.nearest(self.positions[v as usize]).1;
         let ([mut from, mut to], here, length) = (ends.map(arc), arc(v), curve.length());
@@ -213,7 +212,7 @@ impl Patch {
             let is_forward = (here - from).rem_euclid(length) <= forward;
             let (low, span) = if is_forward { (from, forward) } else { (to, length - forward) };
             let gap = APART * span;
-            return curve.at(curve.nearest_between(p, low + gap, low + span - gap));
+            return Some(Room { curve, low: low + gap, high: low + span - gap });
         }
         if curve.ends()[0] == curve.ends()[1] {
             // The corner is both ends: the one on the vertex's own side of the other neighbour is meant.
@@ -228,7 +227,21 @@ impl Patch {
         }
         let (low, high) = (from.min(to), from.max(to));
         let gap = APART * (high - low);
-        curve.at(curve.nearest_between(p, low + gap, high - gap))
+        Some(Room { curve, low: low + gap, high: high - gap })
+    }
+}
+
+/// A stretch of a curve, by arc length.
+pub(super) struct Room<'a> {
+    curve: &'a Curve,
+    low: f64,
+    high: f64,
+}
+
+impl Room<'_> {
+    /// The point of it nearest to `p`.
+    pub(super) fn nearest(&self, p: DVec3) -> DVec3 {
+        self.curve.at(self.curve.nearest_between(p, self.low, self.high))
     }
 }
 

@@ -11,6 +11,7 @@ use crate::engine::quad::improve::DEAD;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Patterns with the best degrees that are looked at.
 const SHORTLIST: usize = 10;
@@ -22,6 +23,8 @@ const FINALISTS: usize = 2;
 const MOST_SIDES: usize = 60;
 /// Cost of a vertex inside with two quads, in squared deviations of a number of quads: it is never wanted.
 const DOUBLET: i64 = 40;
+/// A corner of a quad of more than 170 degrees is as good as straight.
+const STRAIGHT: f64 = 170.0 / 180.0 * PI;
 
 /// The best filling of the pieces with bad quads, with its verdict; nothing if no piece can be refilled.
 pub(super) fn refilled(
@@ -52,7 +55,7 @@ fn refill_piece(
     if !(4..=MOST_SIDES).contains(&n) || n % 2 == 1 {
         return Ok(None);
     }
-    let surroundings = Surroundings::new(patch, piece);
+    let surroundings = Surroundings::new(ground, patch, piece);
     let mut patterns = Pattern::candidates(n as u32);
     let half = n as u32 / 2;
     let cores: Vec<Pattern> = (1..=half / 2).map(|a| Pattern::grid(a, half - a, 0)).collect();
@@ -64,8 +67,8 @@ fn refill_piece(
     let mut glanced: Vec<(Verdict, Patch)> = Vec::new();
     for (_, pattern) in &ranked {
         ctx.check()?;
-        let mut filled = insert(ground, patch, piece, pattern);
-        let among = vertices_of(&filled, piece);
+        let mut filled = insert(patch, piece, pattern);
+        let among = vertices_of(&filled, piece, patch.quads.len());
         filled.spread_over(ground, &among);
         settle(ctx, ground, &mut filled, &among, Effort::Glance)?;
         let verdict = judge(ground, &filled);
@@ -78,8 +81,8 @@ fn refill_piece(
     glanced.sort_by(|a, b| a.0.order(&b.0));
     let mut best: Option<(Verdict, Patch)> = None;
     for (_, mut filled) in glanced.into_iter().take(FINALISTS) {
-        let all = filled.all();
-        settle(ctx, ground, &mut filled, &all, Effort::Full)?;
+        let among = vertices_of(&filled, piece, patch.quads.len());
+        settle(ctx, ground, &mut filled, &among, Effort::Full)?;
         let verdict = judge(ground, &filled);
         if best.as_ref().is_none_or(|b| verdict.is_better_than(&b.0)) {
             best = Some((verdict, filled));
@@ -88,10 +91,9 @@ fn refill_piece(
     Ok(best)
 }
 
-/// The vertices on the boundary of a piece, and new ones.
-fn vertices_of(patch: &Patch, piece: &Piece) -> Vec<u32> {
-    let new = patch.known.len();
-    let quads = piece.quads.iter().copied().chain(new.min(patch.quads.len())..patch.quads.len());
+/// The vertices of a piece with another filling, of which the quads from `new` on are, too.
+fn vertices_of(patch: &Patch, piece: &Piece, new: usize) -> Vec<u32> {
+    let quads = piece.quads.iter().copied().chain(new..patch.quads.len());
     let mut all: Vec<u32> = quads.map(|q| patch.quads[q]).filter(|q| *q != DEAD).flatten().collect();
     all.sort_unstable();
     all.dedup();
@@ -104,15 +106,18 @@ struct Surroundings {
     /// Per vertex the number of its quads.
     quads_at: Vec<i64>,
     is_boundary: BTreeSet<u32>,
+    /// Per place of the word where two curves meet, the angle of the piece between them in radians.
+    angles: Vec<Option<f64>>,
 }
 
 impl Surroundings {
-    fn new(patch: &Patch, piece: &Piece) -> Self {
+    fn new(ground: &Ground<'_>, patch: &Patch, piece: &Piece) -> Self {
         let mut all: Vec<[u32; 2]> =
             sides(&patch.quads).chain(sides(&patch.around)).map(|[a, b]| [a.min(b), a.max(b)]).collect();
         all.sort_unstable();
         let lone = all.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
-        let is_boundary = lone.flat_map(|same| same[0]).collect();
+        let lone: BTreeSet<[u32; 2]> = lone.map(|same| same[0]).collect();
+        let is_boundary = lone.iter().flatten().copied().collect();
         let mut kept = patch.quads.clone();
         piece.quads.iter().for_each(|&q| kept[q] = DEAD);
         let mut quads_at = vec![0; patch.positions.len()];
@@ -122,7 +127,20 @@ impl Surroundings {
         let mut edges: BTreeSet<[u32; 2]> = sides(&kept).chain(sides(&patch.around)).map(ends).collect();
         let word = &piece.word;
         edges.extend((0..word.len()).map(|i| ends([word[i], word[(i + 1) % word.len()]])));
-        Self { edges, quads_at, is_boundary }
+        let is_curve = |a: u32, b: u32| patch.is_feature(a, b) || lone.contains(&ends([a, b]));
+        let angle = |i: usize| {
+            let [before, at, after] = [word.len() - 1, 0, 1].map(|k| word[(i + k) % word.len()]);
+            (is_curve(before, at) && is_curve(at, after)).then(|| {
+                let quads = piece.quads.iter().copied().filter(|&q| patch.quads[q].contains(&at));
+                let up: DVec3 = quads.filter_map(|q| patch.stance(ground, q)).map(|s| s.up).sum();
+                let [before, at, after] = [before, at, after].map(|v| patch.positions[v as usize]);
+                let (e, f) = (after - at, before - at);
+                let angle = e.cross(f).dot(up.normalize_or_zero()).atan2(e.dot(f));
+                if angle <= 0.0 { angle + TAU } else { angle }
+            })
+        };
+        let angles = (0..word.len()).map(angle).collect();
+        Self { edges, quads_at, is_boundary, angles }
     }
 
     /// Whether a pattern joins no two vertices that are joined already, or twice, or a vertex to itself.
@@ -144,22 +162,32 @@ impl Surroundings {
     fn cost(&self, patch: &Patch, word: &[u32], pattern: &Pattern) -> i64 {
         let mut at: BTreeMap<u32, i64> = word.iter().map(|&v| (v, self.quads_at[v as usize])).collect();
         let id = |v: u32| if v < pattern.sides { word[v as usize] } else { self.quads_at.len() as u32 + v };
+        let between = word.iter().zip(&self.angles).filter(|(_, angle)| angle.is_some());
+        let between_curves: Vec<u32> = between.map(|(&v, _)| v).collect();
         pattern.quads.iter().flatten().for_each(|&v| *at.entry(id(v)).or_insert(0) += 1);
         let cost = |(&v, &n): (&u32, &i64)| {
             let is_boundary = self.is_boundary.contains(&v);
             let doublet = if n == 2 && !is_boundary { DOUBLET } else { 0 };
             match patch.anchors.get(v as usize) {
                 Some(Anchor::Corner(_)) => doublet,
+                _ if between_curves.contains(&v) => 0,
                 _ => doublet + (n - if is_boundary { 2 } else { 4 }).pow(2),
             }
         };
-        at.iter().map(cost).sum()
+        // Between two curves each quad has about a right angle, and none a straight one.
+        let sector = |(i, angle): (usize, &Option<f64>)| {
+            let Some(angle) = *angle else { return 0 };
+            let n = pattern.quads.iter().flatten().filter(|&&v| v as usize == i).count() as i64;
+            let wanted = (angle / FRAC_PI_2).round().max(1.0) as i64;
+            (n - wanted).pow(2) + if angle > n as f64 * STRAIGHT { DOUBLET } else { 0 }
+        };
+        at.iter().map(cost).sum::<i64>() + self.angles.iter().enumerate().map(sector).sum::<i64>()
     }
 }
 
 /// The patch with another filling of a piece. New vertices lie in the middle of the boundary; those that are no longer
 /// used stay behind without quads.
-pub(super) fn insert(ground: &Ground<'_>, patch: &Patch, piece: &Piece, pattern: &Pattern) -> Patch {
+pub(super) fn insert(patch: &Patch, piece: &Piece, pattern: &Pattern) -> Patch {
     let mut filled = patch.clone();
     let word = &piece.word;
     let centre = word.iter().map(|&v| patch.positions[v as usize]).sum::<DVec3>() / word.len() as f64;
@@ -167,7 +195,7 @@ pub(super) fn insert(ground: &Ground<'_>, patch: &Patch, piece: &Piece, pattern:
     for _ in 0..pattern.new_nodes {
         filled.positions.push(centre);
         filled.anchors.push(Anchor::Surface);
-        filled.freedom.push(Freedom::Fixed);
+        filled.freedom.push(Freedom::Surface);
     }
     let id = |v: u32| if v < pattern.sides { word[v as usize] } else { first + v - pattern.sides };
     let mut slots = piece.quads.iter().copied();
@@ -177,6 +205,5 @@ pub(super) fn insert(ground: &Ground<'_>, patch: &Patch, piece: &Piece, pattern:
     } else {
         filled.quads.extend(pattern.quads[piece.quads.len()..].iter().map(|quad| quad.map(id)));
     }
-    filled.set_free(ground);
     filled
 }

@@ -20,6 +20,19 @@ const AREA: f64 = 0.2;
 const DIRECTIONS: usize = 8;
 /// Least scaled Jacobian at which the work ends.
 const GOOD: f64 = 0.4;
+/// Quads between curves are at least this part of those around: below that the energy loses its digits.
+const LEAST_SIZE: f64 = 1e-3;
+/// Vertices that were spread out are drawn to the surface from this many edges, if its normal agrees, …
+const REACH: f64 = 3.0;
+/// … and those that move from so many times their way and this many edges: less than a vertex may be off at the start is
+/// enough, since it comes nearer with every move.
+const NEAR: f64 = 1.5;
+const OFF: f64 = 0.05;
+/// Rounds between two looks at the surface beneath the quads: it turns slowly as they move.
+const LOOKING: usize = 2;
+/// Rounds without progress (areas in squares of the wanted edge) after which corners that are turned over stay so.
+const STALLED: usize = 8;
+const PROGRESS: f64 = 1e-4;
 /// Rounds of averaging that spread vertices out over a disc, so many per ring.
 const SPREADING: usize = 40;
 
@@ -48,16 +61,17 @@ pub(super) fn spread(ground: &Ground<'_>, patch: &mut Patch, among: &[u32]) {
     for _ in 0..SPREADING {
         for v in free.iter().map(|&v| v as usize) {
             let target = middle(patch, &corners[v]);
-            patch.positions[v] =
-                if patch.freedom[v] == Freedom::Surface { target } else { patch.slid(ground, v as u32, target) };
+            patch.positions[v] = patch.room(ground, v as u32).map_or(target, |room| room.nearest(target));
         }
     }
     let ups = ups_of(ground, patch);
+    let reach = REACH * ground.edge;
     for v in free.into_iter().map(|v| v as usize) {
         if patch.freedom[v] == Freedom::Surface {
             let up = up_at(&corners[v], &ups);
             let p = patch.positions[v];
-            patch.positions[v] = ground.drawn(p, up).or_else(|| ground.drawn(p, DVec3::ZERO)).unwrap_or(p);
+            patch.positions[v] =
+                ground.drawn(p, up, reach).or_else(|| ground.drawn(p, DVec3::ZERO, f64::INFINITY)).unwrap_or(p);
         }
     }
 }
@@ -87,10 +101,18 @@ pub(super) fn settle(
     let mut steps = vec![0.3; patch.positions.len()];
     let mut epsilon = 0.0;
     let rounds = effort.rounds();
+    let (mut ups, mut best) = (Vec::new(), (f64::NEG_INFINITY, 0));
     for round in 0..rounds {
-        let ups = ups_of(ground, patch);
+        if round % LOOKING == 0 {
+            ups = ups_of(ground, patch);
+        }
         let least = least_area(patch, &ups, &moving, size);
         if round > 2 && least > 0.0 && worst(patch, &ups, &moving) > GOOD {
+            break;
+        }
+        if least > best.0 + PROGRESS {
+            best = (least, round);
+        } else if least <= 0.0 && round >= best.1 + STALLED {
             break;
         }
         // The schedule of the paper with a constant rate.
@@ -150,7 +172,8 @@ fn up_at(corners: &[(u32, u32)], ups: &[DVec3]) -> DVec3 {
     corners.iter().map(|c| ups[c.0 as usize]).sum::<DVec3>().normalize_or_zero()
 }
 
-/// Edge of squares with the area of the quads at some vertices, at most twice and at least half of what is around.
+/// Edge of squares with the area of the quads at some vertices, at most twice what is around: folded quads have more area than
+/// the surface beneath them.
 fn own_size(patch: &Patch, free: &[u32]) -> f64 {
     let area = |q: &[u32; 4]| {
         let [a, b, c, d] = patch.corners(q);
@@ -158,7 +181,7 @@ fn own_size(patch: &Patch, free: &[u32]) -> f64 {
     };
     let moving = patch.living().filter(|q| q.iter().any(|v| free.binary_search(v).is_ok()));
     let (sum, n) = moving.fold((0.0, 0.0), |(sum, n), q| (sum + area(q), n + 1.0));
-    (sum / n).sqrt().clamp(0.5 * patch.size, 2.0 * patch.size)
+    (sum / n).sqrt().clamp(LEAST_SIZE * patch.size, 2.0 * patch.size)
 }
 
 fn least_area(patch: &Patch, ups: &[DVec3], quads: &[usize], size: f64) -> f64 {
@@ -255,13 +278,15 @@ fn compass(
     let targets = around.chain([here.lerp(middle(patch, corners), (2.0 * step).min(1.0))]);
     let now = cost(&star, here);
     let least = now - 1e-9 * now.abs();
-    if let Freedom::Curve { .. } = patch.freedom[v as usize] {
-        let places = targets.map(|p| patch.slid(ground, v, p)).map(|p| (cost(&star, p), p));
+    if let Some(room) = patch.room(ground, v) {
+        let places = targets.map(|p| room.nearest(p)).map(|p| (cost(&star, p), p));
         return places.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 < least).map(|best| best.1);
     }
     let best = targets.map(|p| (cost(&star, p), p)).min_by(|a, b| a.0.total_cmp(&b.0))?;
     if best.0 >= least {
         return None;
     }
-    ground.drawn(best.1, up).filter(|&p| cost(&star, p) < least)
+    // The vertex lies on the surface, so that is no further away than the vertex.
+    let reach = NEAR * best.1.distance(here) + OFF * ground.edge;
+    ground.drawn(best.1, up, reach).filter(|&p| cost(&star, p) < least)
 }

@@ -72,7 +72,6 @@ fn once(
         let mut changed = patch.clone();
         changed.quads.copy_from_slice(&net.quads[..own as usize]);
         net.apply(&mut change);
-        changed.set_free(ground);
         // Two rings around what changed.
         let mut among = net.touched(&change);
         for _ in 0..2 {

@@ -29,7 +29,9 @@ pub(super) struct Verdict {
     pub(super) cover: Cover,
     /// Quads that are bad, or lie on a neighbour.
     pub(super) bad: usize,
-    /// The least scaled Jacobian, less than −1 + cosine with the surface for quads that are turned over.
+    /// Sum over the quads of what their least scaled Jacobian lacks to a decent one.
+    pub(super) lacking: f64,
+    /// The least of them, less than −1 + cosine with the surface for quads that are turned over.
     pub(super) worst: f64,
 }
 
@@ -45,7 +47,7 @@ impl Verdict {
 
     /// The better one first.
     pub(super) fn order(&self, other: &Self) -> Ordering {
-        self.cover.cmp(&other.cover).then(self.bad.cmp(&other.bad)).then(other.worst.total_cmp(&self.worst))
+        self.cover.cmp(&other.cover).then(self.bad.cmp(&other.bad)).then(self.lacking.total_cmp(&other.lacking))
     }
 }
 
@@ -64,8 +66,9 @@ pub(super) fn judge(ground: &Ground<'_>, patch: &Patch) -> Verdict {
     let (stances, bad) = flags(ground, patch);
     let value = |s: &Stance| if lean(s) < UPRIGHT { s.jacobian.min(0.0) + lean(s) - 1.0 } else { s.jacobian };
     let worst = stances.iter().flatten().map(value).fold(f64::INFINITY, f64::min);
+    let lacking = stances.iter().flatten().map(|s| (DECENT - value(s)).max(0.0)).sum();
     let cover = if patch.farthest().1 > patch.reach { Cover::Lost } else { Cover::Kept };
-    Verdict { cover, bad: bad.into_iter().filter(|b| *b).count(), worst }
+    Verdict { cover, bad: bad.into_iter().filter(|b| *b).count(), lacking, worst }
 }
 
 /// Per quad of a patch whether it is bad, by itself or with a neighbour.
