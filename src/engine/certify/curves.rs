@@ -129,14 +129,18 @@ pub(super) fn check(
     Ok(Curves { violations, distances: judged.iter().map(|j| j.1).collect(), is_corner })
 }
 
+/// How near a vertex at `p` must be to a corner to stand for it, in model units; `diagonal` is that of the model.
+pub fn corner_reach(diagonal: f64, p: DVec3) -> f64 {
+    (CORNER * diagonal).max(CORNER_WRITTEN * p.abs().max_element())
+}
+
 /// Per corner of the surface, in order, the vertices of the quads at its place; per quad vertex, whether it is one.
 fn match_corners(surface: &Surface, quads: &QuadMesh, diagonal: f64) -> (Vec<(u32, Vec<u32>)>, Vec<bool>) {
     let mut is_corner = vec![false; quads.positions.len()];
     if surface.features.corners.is_empty() {
         return (Vec::new(), is_corner);
     }
-    let near = |p: DVec3| (CORNER * diagonal).max(CORNER_WRITTEN * p.abs().max_element());
-    let point = |(v, &p): (u32, &DVec3)| Segment { ends: [p, p], reach: near(p), name: v };
+    let point = |(v, &p): (u32, &DVec3)| Segment { ends: [p, p], reach: corner_reach(diagonal, p), name: v };
     let index = SegmentIndex::new((0u32..).zip(&quads.positions).map(point).collect());
     let mut matched = Vec::new();
     for &corner in surface.features.corners.iter().filter(|&&v| (v as usize) < surface.mesh.n_vertices()) {

@@ -35,6 +35,7 @@ mod tests;
 
 pub use certificate::{Certificate, certify, certify_under};
 pub use check::{Check, Violation};
+pub use curves::corner_reach;
 pub use judge::{Defect, QuadJudge, Stance};
 pub use report::QuadReport;
 pub use requirements::Requirements;

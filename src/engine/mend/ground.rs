@@ -1,6 +1,6 @@
 //! What all discs share: the surface, the judge, the curves.
 
-use crate::engine::certify::QuadJudge;
+use crate::engine::certify::{QuadJudge, corner_reach};
 use crate::engine::mesh::{FaceTree, Surface, SurfaceIndex};
 use crate::engine::quad::Anchor;
 use crate::engine::quad::optimise::{Curve, trace_curves};
@@ -8,9 +8,6 @@ use glam::DVec3;
 
 /// A vertex further off its curve than this part of an edge has left it.
 const OFF_CURVE: f64 = 0.1;
-/// A vertex further from its corner than this part of an edge has left it: a tenth of what the certificate allows where
-/// the model is a thousand edges wide.
-const OFF_CORNER: f64 = 1e-4;
 /// A face may hold a vertex if its normal is within 78 degrees (cosine) of that of the surface around it.
 const SAME_SHEET: f64 = 0.2;
 
@@ -22,6 +19,8 @@ pub(super) struct Ground<'a> {
     pub(super) judge: QuadJudge<'a>,
     /// Mean edge of the draft in model units.
     pub(super) edge: f64,
+    /// Diagonal of the surface's bounding box in model units.
+    diagonal: f64,
     pub(super) curves: Vec<Curve>,
     /// The segments of the curves, named by their curve.
     rails: FaceTree,
@@ -36,7 +35,8 @@ impl<'a> Ground<'a> {
             names.resize(segments.len(), name);
         }
         let rails = FaceTree::of_triangles(segments, &names);
-        Self { surface, index, judge: QuadJudge::new(surface, index, edge), edge, curves, rails }
+        let (judge, diagonal) = (QuadJudge::new(surface, index, edge), surface.mesh.diagonal());
+        Self { surface, index, judge, edge, diagonal, curves, rails }
     }
 
     /// The curve nearest to a point, and how far it is.
@@ -47,7 +47,7 @@ impl<'a> Ground<'a> {
     /// Whether a vertex is not on what it is anchored to.
     pub(super) fn is_off(&self, anchor: Anchor, p: DVec3) -> bool {
         match anchor {
-            Anchor::Corner(c) => self.surface.mesh.position(c).distance(p) > OFF_CORNER * self.edge,
+            Anchor::Corner(c) => self.surface.mesh.position(c).distance(p) > corner_reach(self.diagonal, p),
             Anchor::Curve => self.nearest_curve(p).is_some_and(|(_, distance)| distance > OFF_CURVE * self.edge),
             Anchor::Surface => false,
         }
