@@ -1,8 +1,8 @@
 //! The certificate of a quad mesh: all checks in order, and the measures.
 
 use crate::engine::certify::{
-    Check, Defect, QuadReport, QuadTopology, Requirements, Violation, boundary, components, curves, distance,
-    measure_topology, orientation, shape,
+    Check, Defect, QuadReport, QuadTopology, Violation, boundary, components, curves, distance, measure_topology,
+    orientation, shape,
 };
 use crate::engine::mesh::{Surface, SurfaceIndex};
 use crate::engine::quad::QuadMesh;
@@ -41,20 +41,6 @@ pub fn certify(
     index: &SurfaceIndex,
     quads: &QuadMesh,
 ) -> Result<Certificate, Cancelled> {
-    certify_under(ctx, surface, index, quads, Requirements::default())
-}
-
-/// As [`certify`], with what the certificate demands.
-///
-/// # Errors
-/// Only that the run was stopped.
-pub fn certify_under(
-    ctx: &RunContext,
-    surface: &Surface,
-    index: &SurfaceIndex,
-    quads: &QuadMesh,
-    requirements: Requirements,
-) -> Result<Certificate, Cancelled> {
     ctx.check()?;
     let counts = QuadReport { count: quads.quads.len(), vertices: quads.positions.len(), ..QuadReport::default() };
     let topology = match measure_topology(quads) {
@@ -65,11 +51,10 @@ pub fn certify_under(
         let violation = Violation::unequal(Check::VertexFan, 1, 0);
         return Ok(Certificate::new(violation.into_iter().collect(), counts));
     };
-    let judged = judge(&ctx.span(0.1, 0.5), surface, index, quads, &topology, requirements)?;
+    let judged = judge(&ctx.span(0.1, 0.5), surface, index, quads, &topology)?;
     let mut measures = shape::measure(quads, &topology, |v| judged.is_corner[v]);
     let diagonal = surface.mesh.diagonal();
-    let limits = far_of_components(quads, &topology);
-    let limit = |quad: u32| topology.component.get(quad as usize).map_or(f64::INFINITY, |&c| limits[c as usize]);
+    let limit = |face: u32| judged.far.get(face as usize).copied().unwrap_or(f64::INFINITY);
     let quad_index = SurfaceIndex::new(&triangles);
     let distances = distance::measure(&ctx.span(0.5, 1.0), &surface.mesh, index, &triangles, &quad_index, limit)?;
     let relative = |d: f64| if diagonal > 0.0 { d / diagonal } else { f64::NAN };
@@ -93,11 +78,9 @@ pub fn certify_under(
     if infinite > 0 {
         violations.extend(Violation::unequal(Check::Finite, infinite, 0));
     }
-    if requirements.demand(Check::Far) {
-        let known = violations.iter().find(|v| v.check == Check::Far).map(|v| v.witnesses.clone()).unwrap_or_default();
-        let beneath = distances.far.iter().copied().filter(|f| !known.contains(&f.0));
-        join(&mut violations, Violation::at_places(Check::Far, beneath));
-    }
+    let known = violations.iter().find(|v| v.check == Check::Far).map(|v| v.witnesses.clone()).unwrap_or_default();
+    let beneath = distances.far.iter().copied().filter(|f| !known.contains(&f.0));
+    join(&mut violations, Violation::at_places(Check::Far, beneath));
     Ok(Certificate { farthest: distances.farthest, ..Certificate::new(violations, measures) })
 }
 
@@ -129,6 +112,8 @@ struct Judged {
     is_corner: Vec<bool>,
     /// From samples of the curves to the quads' edges, in model units.
     distances: Vec<f64>,
+    /// Per face of the surface, the distance beyond which it is far from its quads; infinite where it has none.
+    far: Vec<f64>,
 }
 
 /// Pairs components and judges each pair; places are named as in the whole.
@@ -138,25 +123,29 @@ fn judge(
     index: &SurfaceIndex,
     quads: &QuadMesh,
     topology: &QuadTopology,
-    requirements: Requirements,
 ) -> Result<Judged, Cancelled> {
     let diagonal = surface.mesh.diagonal();
     let surface_parts = surface.parts();
     let quad_parts = components::parts(quads, topology);
     let (pairs, violations) = components::pair(ctx, &surface.mesh, index, &surface_parts, &quad_parts, topology)?;
+    let limits = far_of_components(quads, topology);
+    let mut far = vec![f64::INFINITY; surface.mesh.n_faces()];
+    for &(s, c) in &pairs {
+        surface_parts[s].halfedges.iter().for_each(|h| far[*h as usize / 3] = limits[c]);
+    }
     if let ([_], [_]) = (surface_parts.as_slice(), quad_parts.as_slice()) {
-        let mut judged = judge_pair(ctx, surface, index, quads, topology, diagonal, requirements)?;
+        let mut judged = judge_pair(ctx, surface, index, quads, topology, diagonal)?;
         judged.violations.splice(0..0, violations);
-        return Ok(judged);
+        return Ok(Judged { far, ..judged });
     }
     let of_pair = |&(s, c): &(usize, usize)| {
         let (part, own) = (&surface_parts[s], &quad_parts[c]);
         let mut judged = match measure_topology(&own.mesh) {
             Ok(topology) => {
                 let index = SurfaceIndex::new(&part.surface.mesh);
-                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, diagonal, requirements)?
+                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, diagonal)?
             }
-            Err(violations) => Judged { violations, is_corner: Vec::new(), distances: Vec::new() },
+            Err(violations) => Judged { violations, is_corner: Vec::new(), distances: Vec::new(), far: Vec::new() },
         };
         for violation in &mut judged.violations {
             for place in &mut violation.witnesses {
@@ -170,7 +159,7 @@ fn judge(
         Ok((c, judged))
     };
     let judged: Vec<(usize, Judged)> = pairs.par_iter().map(of_pair).collect::<Result<_, Cancelled>>()?;
-    let mut all = Judged { violations, is_corner: vec![false; quads.positions.len()], distances: Vec::new() };
+    let mut all = Judged { violations, is_corner: vec![false; quads.positions.len()], distances: Vec::new(), far };
     for (c, part) in judged {
         for (&v, is_corner) in quad_parts[c].vertices.iter().zip(part.is_corner) {
             all.is_corner[v as usize] = is_corner;
@@ -190,11 +179,10 @@ fn judge_pair(
     quads: &QuadMesh,
     topology: &QuadTopology,
     diagonal: f64,
-    requirements: Requirements,
 ) -> Result<Judged, Cancelled> {
     let curves = curves::check(ctx, surface, quads, topology, diagonal)?;
-    let mut violations = orientation::check(ctx, surface, index, quads, topology, requirements)?;
+    let mut violations = orientation::check(ctx, surface, index, quads, topology)?;
     violations.extend(curves.violations);
     violations.extend(boundary::check(&surface.mesh, quads, topology));
-    Ok(Judged { violations, is_corner: curves.is_corner, distances: curves.distances })
+    Ok(Judged { violations, is_corner: curves.is_corner, distances: curves.distances, far: Vec::new() })
 }

@@ -24,7 +24,7 @@ pub(super) struct Distances {
     pub(super) farthest: Option<DVec3>,
     /// Mean distance of the samples on the quads' area to the surface.
     pub(super) mean: f64,
-    /// Samples of the surface beyond the limit of the quad nearest to them, and that quad; in order of quads, of each
+    /// Samples of the surface beyond the limit of their face, and the quad nearest to them; in order of quads, of each
     /// quad the furthest.
     pub(super) far: Vec<(u32, DVec3)>,
 }
@@ -41,7 +41,7 @@ pub(super) fn triangulate(quads: &QuadMesh) -> Option<TriMesh> {
     TriMesh::try_new(positions, faces).ok()
 }
 
-/// The sampled two-sided Hausdorff distance. `limit`: per quad, how far samples of the surface may be from it.
+/// The sampled two-sided Hausdorff distance. `limit`: per face of the surface, how far samples on it may be from the quads.
 pub(super) fn measure(
     ctx: &RunContext,
     surface: &TriMesh,
@@ -56,8 +56,8 @@ pub(super) fn measure(
     let of_area = distances(&ctx.part(0, 4), surface_index, &over_area)?;
     let mean = of_area.iter().map(|d| d.0).sum::<f64>() / of_area.len().max(1) as f64;
     let (mut max, mut farthest) = (0.0, None);
-    let mut heed = |points: &[DVec3], distances: &[(f64, u32)]| {
-        for (&p, &(distance, _)) in points.iter().zip(distances) {
+    let mut heed = |points: &[(DVec3, u32)], distances: &[(f64, u32)]| {
+        for (&(p, _), &(distance, _)) in points.iter().zip(distances) {
             if distance > max {
                 (max, farthest) = (distance, Some(p));
             }
@@ -72,8 +72,8 @@ pub(super) fn measure(
         heed(&points, &found);
         if i > 0 {
             // Four triangles make a quad, in order.
-            let beyond = points.iter().zip(&found).map(|(&p, &(d, face))| (face / 4, d, p));
-            far.extend(beyond.filter(|&(quad, d, _)| d > limit(quad)));
+            let beyond = points.iter().zip(&found).filter(|(point, found)| found.0 > limit(point.1));
+            far.extend(beyond.map(|(&(p, _), &(d, face))| (face / 4, d, p)));
         }
     }
     far.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
@@ -81,8 +81,8 @@ pub(super) fn measure(
     Ok(Distances { max, farthest, mean, far: far.into_iter().map(|(quad, _, p)| (quad, p)).collect() })
 }
 
-fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[DVec3]) -> Result<Vec<(f64, u32)>, Cancelled> {
-    let at = |(i, &p): (usize, &DVec3)| {
+fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[(DVec3, u32)]) -> Result<Vec<(f64, u32)>, Cancelled> {
+    let at = |(i, &(p, _)): (usize, &(DVec3, u32))| {
         if i % 32 == 0 {
             ctx.check()?;
             ctx.step(points.len().div_ceil(32));
@@ -93,12 +93,14 @@ fn distances(ctx: &RunContext, index: &SurfaceIndex, points: &[DVec3]) -> Result
     points.par_iter().enumerate().map(at).collect()
 }
 
-fn vertices(mesh: &TriMesh) -> Vec<DVec3> {
-    mesh.positions().iter().copied().step_by(mesh.n_vertices().div_ceil(VERTICES).max(1)).collect()
+/// Vertices, at most about [`VERTICES`], each with a face that it belongs to.
+fn vertices(mesh: &TriMesh) -> Vec<(DVec3, u32)> {
+    let step = mesh.n_vertices().div_ceil(VERTICES).max(1);
+    (0..mesh.n_vertices() as u32).step_by(step).map(|v| (mesh.position(v), (mesh.outgoing(v) / 3) as u32)).collect()
 }
 
-/// n points spread evenly over the area, one per stratum of equal area in face order.
-fn samples(mesh: &TriMesh, n: usize, salt: u64) -> Vec<DVec3> {
+/// n points spread evenly over the area, one per stratum of equal area in face order, each with its face.
+fn samples(mesh: &TriMesh, n: usize, salt: u64) -> Vec<(DVec3, u32)> {
     let total = mesh.total_area();
     let mut points = Vec::with_capacity(n);
     let (mut face, mut area_before) = (0, 0.0);
@@ -112,7 +114,7 @@ fn samples(mesh: &TriMesh, n: usize, salt: u64) -> Vec<DVec3> {
         if face < mesh.n_faces() {
             let [a, b, c] = mesh.triangle(face);
             let r = r.sqrt();
-            points.push((1.0 - r) * a + r * (1.0 - s) * b + r * s * c);
+            points.push(((1.0 - r) * a + r * (1.0 - s) * b + r * s * c, face as u32));
         }
     }
     points

@@ -8,7 +8,7 @@
 //! * every edge has one or two quads, oppositely oriented, and every vertex one fan of quads;
 //! * components, boundary loops and genus equal those of the surface, in total and component by component;
 //! * no quad is flipped against the surface, at the scale of the quads, or without area;
-//! * with [`Requirements::Strict`] no quad has a straight or reflex corner or lies folded on its neighbour, and quads and
+//! * no quad has a straight or reflex corner or lies folded on its neighbour, and quads and
 //!   surface are nowhere further apart than two quad edges;
 //! * feature curves and boundary loops of the surface are chains of quad edges, corners are vertices, and the boundary
 //!   loops correspond one to one.
@@ -23,7 +23,6 @@ mod footprint;
 mod judge;
 mod orientation;
 mod report;
-mod requirements;
 mod segments;
 mod shape;
 mod topology;
@@ -33,11 +32,10 @@ mod strict_tests;
 #[cfg(test)]
 mod tests;
 
-pub use certificate::{Certificate, certify, certify_under};
+pub use certificate::{Certificate, certify};
 pub use check::{Check, Violation};
 pub use curves::corner_reach;
 pub use judge::{Defect, QuadJudge, Stance};
 pub use report::QuadReport;
-pub use requirements::Requirements;
 pub use shape::scaled_jacobian;
 pub use topology::{ComponentTopology, QuadTopology, measure_topology};

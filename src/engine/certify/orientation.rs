@@ -2,22 +2,21 @@
 
 use crate::engine::certify::judge::{Defect, QuadJudge, Stance};
 use crate::engine::certify::shape::{corners, mean};
-use crate::engine::certify::{Check, QuadTopology, Requirements, Violation};
+use crate::engine::certify::{Check, QuadTopology, Violation};
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Judges every quad of a connected component by [`QuadJudge`], for quads of their mean edge, and with
-/// [`Requirements::Strict`] every pair of adjacent quads. Places are the centres of quads.
+/// Judges every quad of a connected component by [`QuadJudge`], for quads of their mean edge, and every
+/// pair of adjacent quads. Places are the centres of quads.
 pub(super) fn check(
     ctx: &RunContext,
     surface: &Surface,
     index: &SurfaceIndex,
     quads: &QuadMesh,
     topology: &QuadTopology,
-    requirements: Requirements,
 ) -> Result<Vec<Violation>, Cancelled> {
     let foot = |(i, &p): (usize, &DVec3)| {
         if i % 32 == 0 {
@@ -35,12 +34,10 @@ pub(super) fn check(
     };
     let stances: Vec<Stance> = quads.quads.par_iter().enumerate().map(stance).collect::<Result<_, Cancelled>>()?;
     let mut defects: Vec<Option<Defect>> = stances.iter().map(|s| s.defect).collect();
-    if requirements == Requirements::Strict {
-        for (q, r) in adjacent(quads) {
-            if judge.lie_on_each_other(&stances[q], &stances[r]) {
-                let leans = |q: usize| stances[q].area.normalize_or_zero().dot(stances[q].up);
-                defects[if leans(q) < leans(r) { q } else { r }].get_or_insert(Defect::Flipped);
-            }
+    for (q, r) in adjacent(quads) {
+        if judge.lie_on_each_other(&stances[q], &stances[r]) {
+            let leans = |q: usize| stances[q].area.normalize_or_zero().dot(stances[q].up);
+            defects[if leans(q) < leans(r) { q } else { r }].get_or_insert(Defect::Flipped);
         }
     }
     let of = |defect: Defect, check: Check| {
@@ -54,7 +51,7 @@ pub(super) fn check(
         (Defect::Folded, Check::Folded),
         (Defect::Far, Check::Far),
     ];
-    Ok(all.into_iter().filter(|a| requirements.demand(a.1)).filter_map(|(defect, check)| of(defect, check)).collect())
+    Ok(all.into_iter().filter_map(|(defect, check)| of(defect, check)).collect())
 }
 
 /// Mean length of the edges.

@@ -1,4 +1,4 @@
-use crate::engine::certify::{Requirements, certify_under, measure_topology};
+use crate::engine::certify::{certify, measure_topology};
 use crate::engine::mend::faults::{FAULTS, inject};
 use crate::engine::mend::ground::Ground;
 use crate::engine::mend::{MendOptions, Mended, mend};
@@ -38,7 +38,15 @@ fn pairs(surface: &Surface, quads: usize) -> QuadDraft {
     let edge_length = (surface.mesh.total_area() / quads as f64).sqrt();
     let problem = split(surface, edge_length, true, &wishes, &[], &[], &[]).remove(0);
     match TrianglePairs.propose(&RunContext::silent(), &problem, &Parameters::default()) {
-        Ok(Product::Quads(draft)) => draft,
+        Ok(Product::Quads(mut draft)) => {
+            // Corners are numbered as in the problem.
+            for anchor in &mut draft.anchors {
+                if let Anchor::Corner(v) = *anchor {
+                    *anchor = Anchor::Corner(problem.vertices[v as usize]);
+                }
+            }
+            draft
+        }
         other => panic!("{other:?}"),
     }
 }
@@ -67,8 +75,7 @@ fn mended(surface: &Surface, index: &SurfaceIndex, draft: QuadDraft) -> Mended {
 }
 
 fn violations(surface: &Surface, index: &SurfaceIndex, draft: &QuadDraft) -> Vec<String> {
-    let strict = Requirements::Strict;
-    let certificate = certify_under(&RunContext::silent(), surface, index, &draft.mesh, strict).unwrap();
+    let certificate = certify(&RunContext::silent(), surface, index, &draft.mesh).unwrap();
     certificate.violations.iter().map(ToString::to_string).collect()
 }
 

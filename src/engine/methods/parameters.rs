@@ -78,7 +78,7 @@ impl Range {
     }
 }
 
-/// The parameters of one method with their values: those that were given; all others have their defaults.
+/// The parameters of one method that differ from their defaults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parameters(Vec<(&'static str, Value)>);
 
@@ -88,6 +88,9 @@ impl Parameters {
     pub fn set(&mut self, declared: &'static [Parameter], name: &str, value: Value) -> bool {
         let Some(parameter) = declared.iter().find(|p| p.name == name && p.range.contains(value)) else { return false };
         self.0.retain(|(known, _)| *known != parameter.name);
+        if value == parameter.range.default() {
+            return true;
+        }
         self.0.push((parameter.name, value));
         self.0.sort_by_key(|(name, _)| *name);
         true

@@ -144,7 +144,7 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
         }
         FlagText::Members => {
             let member = |text: &&String| {
-                let (name, value) = text.split_once('=').unwrap_or((text, "null"));
+                let (name, value) = text.split_once('=').unwrap_or((text, ""));
                 let value = if serde_json::from_str::<serde_json::Value>(value).is_ok() {
                     value.to_owned()
                 } else {

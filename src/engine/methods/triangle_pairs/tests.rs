@@ -19,7 +19,15 @@ fn draft(method: &dyn Method, surface: &Surface, target: usize) -> QuadDraft {
     // As asked for, also where that is fewer than a component gets.
     problem.quads = target as f64;
     match method.propose(&RunContext::silent(), &problem, &Parameters::default()) {
-        Ok(Product::Quads(draft)) => draft,
+        Ok(Product::Quads(mut draft)) => {
+            // Corners are numbered as in the problem.
+            for anchor in &mut draft.anchors {
+                if let Anchor::Corner(v) = *anchor {
+                    *anchor = Anchor::Corner(problem.vertices[v as usize]);
+                }
+            }
+            draft
+        }
         other => panic!("{other:?}"),
     }
 }
