@@ -22,6 +22,10 @@ const GROWTHS: usize = 4;
 /// Discs with more quads get other positions only: so much is no place but the whole draft, and needs another map.
 const MOST_QUADS: usize = 250;
 
+/// All discs together, each time they grow, have at most as many quads as the draft, or as this: more would cost more
+/// than another map.
+const LEAST_WORK: usize = 500;
+
 /// How a draft is mended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MendOptions {
@@ -90,6 +94,7 @@ pub fn mend(
         let points = points(&surface.mesh, mean);
         work.points = assigned(&ctx.span(0.2, 0.3), &work.net.quads, &work.positions, &points)?;
     }
+    let mut left = all.len().max(LEAST_WORK);
     for round in 0..=GROWTHS {
         if bad.is_empty() {
             break;
@@ -98,7 +103,12 @@ pub fn mend(
             0.3 + 0.7 * round as f64 / (1 + GROWTHS) as f64,
             0.3 + 0.7 * (round + 1) as f64 / (1 + GROWTHS) as f64,
         );
-        let discs = regions(&work.net, &bad, 1 + round);
+        let mut discs = regions(&work.net, &bad, 1 + round);
+        discs.retain(|own| {
+            let fits = own.len() <= left;
+            left -= if fits { own.len() } else { 0 };
+            fits
+        });
         let solve = |own: &Vec<u32>| {
             let found = work.solve(&part, own);
             part.step(discs.len());

@@ -55,7 +55,7 @@ impl Size {
 
     fn cost(&self, stage: Stage) -> f64 {
         let (_, per_triangle, per_quad) = COSTS[stage as usize];
-        per_triangle * self.triangles + per_quad * self.quads
+        (per_triangle * self.triangles + per_quad * self.quads) / 1000.0
     }
 }
 

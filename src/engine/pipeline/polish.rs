@@ -11,6 +11,11 @@ use crate::engine::run::{Cancelled, RunContext, Stage, StopReason};
 /// Sweeps of the optimiser.
 const SWEEPS: usize = 20;
 
+/// Drafts of which more than this share of the quads fails (or more than a few) are bad as a whole: mending them costs
+/// seconds and leaves a part of them as bad as it was. Another map is what they need.
+const MOST: f64 = 0.05;
+const FEW: usize = 20;
+
 /// What is polished: quads that were made for `problem`, which `whole` became when something was given up or refined.
 pub(super) struct Polisher<'a> {
     pub(super) ctx: &'a RunContext,
@@ -54,7 +59,7 @@ impl Polisher<'_> {
     ) -> Result<Option<Judged>, Cancelled> {
         let mut better: Option<Judged> = None;
         for candidate in step(self, draft, regularity, best)? {
-            let candidate = self.mended(candidate)?;
+            let candidate = self.judged(candidate)?;
             if candidate.quality > better.as_ref().unwrap_or(best).quality {
                 better = Some(candidate);
             }
@@ -62,24 +67,18 @@ impl Polisher<'_> {
         Ok(better)
     }
 
-    /// Quads whose certificate passes, if there are any: relaxed; with other connectivity; as they came, because where
-    /// the surface is folded below the size of the quads moving them does more harm than good.
+    /// Quads whose certificate passes, if there are any: relaxed; or as they came, because where the surface is folded below
+    /// the size of the quads moving them does more harm than good.
     fn valid(&self, draft: &QuadDraft, regularity: Regularity) -> Result<Judged, Cancelled> {
         let relaxed = match regularity {
             Regularity::Regular => self.relaxed(draft.clone(), Vec::new())?,
             Regularity::Irregular => self.reconnected(draft.clone())?,
         };
-        let mut best = self.mended(relaxed)?;
+        let best = self.mended(relaxed)?;
         if best.is_certified() {
             return Ok(best);
         }
-        if regularity == Regularity::Regular {
-            best = self.mended(self.reconnected(best.draft.clone())?)?.max_by_quality(best);
-        }
-        if !best.is_certified() {
-            best = self.mended(draft.clone())?.max_by_quality(best);
-        }
-        Ok(best)
+        Ok(self.mended(draft.clone())?.max_by_quality(best))
     }
 
     fn judged(&self, draft: QuadDraft) -> Result<Judged, Cancelled> {
@@ -89,7 +88,8 @@ impl Polisher<'_> {
     /// The draft, or what comes of it when single quads that fail are mended, whichever is better.
     fn mended(&self, draft: QuadDraft) -> Result<Judged, Cancelled> {
         let judged = self.judged(draft)?;
-        if judged.is_certified() {
+        let most = FEW.max((MOST * judged.draft.mesh.quads.len() as f64) as usize);
+        if judged.is_certified() || judged.quality.refused > most {
             return Ok(judged);
         }
         let Problem { surface, index, edge_length, .. } = self.problem;

@@ -61,10 +61,6 @@ pub(super) const REMEDIES: &[Remedy] = &[
     Remedy { helps: &[Incomplete, Local, Global, NoQuads], attempt: smoother },
     Remedy { helps: &[Local, Global, NoQuads], attempt: |_, case| Ok(without_features_within(case, 4.0)) },
     Remedy { helps: &[Global, NoQuads], attempt: |_, case| Ok(finer(case, 0.7)) },
-    Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(Some(other(&TrianglePairs, case.base, STRICT, "pairs of triangles"))),
-    },
     Remedy { helps: UNCERTIFIED, attempt: featureless },
     Remedy {
         helps: UNCERTIFIED,

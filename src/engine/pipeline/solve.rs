@@ -103,13 +103,21 @@ impl Search<'_> {
             problem: self.whole.clone(),
             change: "as asked for",
         };
-        if costs(&asked).total() > SAFE_SHARE * self.spec.time_limit && asked.method != MethodRef(&TrianglePairs) {
-            let safe = substitute(&TrianglePairs, self.whole, "before anything that may take long");
-            self.attempt(ctx, &safe)?;
-        }
+        let is_long = costs(&asked).total() > SAFE_SHARE * self.spec.time_limit;
+        let mut has_substitute = asked.method == MethodRef(&TrianglePairs);
         // Features that the user named are never given up.
         let mut plan = Plan::new(asked, self.spec.effort, self.spec.features.edges.is_empty());
+        let mut is_first = true;
         while let Some(attempt) = plan.next(ctx)? {
+            // Whatever takes long has something to fall back upon when the deadline cuts it.
+            if !has_substitute && (is_long || !is_first) && !self.is_certified() {
+                self.attempt(ctx, &substitute(&TrianglePairs, self.whole, "before what may take long"))?;
+                has_substitute = true;
+            }
+            is_first = false;
+            if attempt.method != self.method && self.is_certified() {
+                break;
+            }
             let (diagnosis, places) = self.attempt(ctx, &attempt)?;
             if diagnosis == Diagnosis::Complete {
                 break;
@@ -117,6 +125,10 @@ impl Search<'_> {
             plan.learn(&attempt, diagnosis, &places);
         }
         Ok(())
+    }
+
+    fn is_certified(&self) -> bool {
+        self.best.as_ref().is_some_and(|best| best.judged.is_certified())
     }
 
     /// Makes an attempt; what is wrong with it, and where.
@@ -175,17 +187,19 @@ impl Search<'_> {
 
     /// What can be done after the deadline: certified quads are the answer, and where there are none, split triangles.
     fn cut(&mut self, ctx: &RunContext, stop: Cancelled) -> Result<(), Cancelled> {
-        if self.best.as_ref().is_some_and(|best| best.judged.is_certified()) {
+        if self.is_certified() {
             return Ok(());
         }
-        let attempt = substitute(&TriangleSplit, self.whole, "at the deadline");
         let effect = "there was no time for better quads than split triangles".to_owned();
         self.warnings.push(WarningKind::Deadline { effect }.into());
-        self.attempt(&ctx.late(), &attempt)?;
-        match &self.best {
-            Some(best) if best.judged.is_certified() => Ok(()),
-            _ => Err(stop),
+        let bare = self.whole.without_features().filter(|_| self.spec.features.edges.is_empty());
+        for problem in std::iter::once(self.whole.clone()).chain(bare) {
+            self.attempt(&ctx.late(), &substitute(&TriangleSplit, &problem, "at the deadline"))?;
+            if self.is_certified() {
+                return Ok(());
+            }
         }
+        Err(stop)
     }
 
     fn solution(self) -> Result<Solution, String> {

@@ -15,6 +15,8 @@ pub(super) struct Relief<'a> {
     queue: VecDeque<usize>,
 }
 
+/// Least reach in heights of the smaller face: two edge lengths of equilateral triangles.
+const ROWS: f64 = 2.309_401_076_758_503;
 /// Faces that a walk takes at most, the nearest by steps: a mean of so many is no better with more.
 const MOST_FACES: usize = 4000;
 
@@ -25,13 +27,16 @@ impl<'a> Relief<'a> {
 
     /// Angle in radians between the mean normals of the two sides of the edge of `h`, each taken over what lies within
     /// `reach` of the edge's midpoint and is joined to the edge's face across unmarked edges. Only the area within the
-    /// ball counts, so that the angle does not depend on how the sides are cut into triangles. Ripples of a noisy surface
+    /// ball counts, so that the angle does not depend on how flat sides are cut into triangles; where triangles are large,
+    /// the ball has room for two of the smaller face in a row. Ripples of a noisy surface
     /// are flat in this view, creases are not. π where a side has no mean.
     pub(super) fn angle(&mut self, h: usize, reach: f64, marked: &[bool]) -> f64 {
         let Some(t) = self.mesh.twin(h) else {
             return 0.0;
         };
         let [a, b] = [self.mesh.origin(h), self.mesh.target(h)].map(|v| self.mesh.position(v));
+        let height = |h: usize| 2.0 * self.mesh.area(h / 3) / a.distance(b).max(f64::MIN_POSITIVE);
+        let reach = reach.max(ROWS * height(h).min(height(t)));
         let middle = 0.5 * (a + b);
         let (n, m) = (self.mean_normal(h / 3, middle, reach, marked), self.mean_normal(t / 3, middle, reach, marked));
         if n == DVec3::ZERO || m == DVec3::ZERO {

@@ -62,7 +62,7 @@ fn remeshed(soup: &TriangleSoup, quads: u64, symmetry: &[usize]) -> Result<Outco
 #[test]
 fn quads_are_their_own_mirror_image_bit_for_bit() {
     for (name, axes) in [("ellipsoid", &[0][..]), ("cube", &[1, 2]), ("genus5", &[0, 1, 2]), ("gear", &[2])] {
-        let soup = sample(name, 2000, 0.0, 0).unwrap();
+        let soup = sample(name, 4000, 0.0, 0).unwrap();
         let target = if name == "gear" { 3000 } else { 800 };
         let outcome = remeshed(&soup, target, axes).unwrap();
         assert!(outcome.report.certified, "{name}");
