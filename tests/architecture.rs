@@ -143,11 +143,23 @@ fn contains_word(line: &str, word: &str) -> bool {
 #[test]
 fn methods_do_not_use_each_other() {
     let mut breaches = Vec::new();
-    for source in sources() {
-        let Some(rest) = source.path.strip_prefix("src/engine/methods/") else { continue };
-        let Some((own, _)) = rest.split_once('/') else { continue };
+    let sources = sources();
+    // The folder of a method; files beside the folders are what all methods share.
+    let folder = |source: &Source| {
+        let rest = source.path.strip_prefix("src/engine/methods/")?;
+        rest.split_once('/').map(|(own, _)| own.to_owned())
+    };
+    let mut folders: Vec<String> = sources.iter().filter_map(folder).collect();
+    folders.dedup();
+    for source in &sources {
+        let Some(own) = folder(source) else { continue };
+        // Their tests may run several of them.
+        if source.path.ends_with("/tests.rs") {
+            continue;
+        }
         for (n, line) in source.code() {
-            let used = line.split("engine::methods::").skip(1).filter(|used| !used.starts_with(own));
+            let is_other = |used: &&str| folders.iter().any(|f| *f != own && used.starts_with(&format!("{f}::")));
+            let used = line.split("engine::methods::").skip(1).filter(is_other);
             breaches.extend(used.map(|used| format!("{}:{n}: methods::{used}", source.path)));
         }
     }

@@ -296,3 +296,38 @@ impl Mender {
         height([a, e, c]).min(height([e, b, c])) > 1.5 * before.max(f64::MIN_POSITIVE)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mesh::TriangleSoup;
+    use crate::engine::mesh::condition::{ConditionOptions, condition};
+    use crate::engine::mesh::shapes::sample_surface;
+
+    #[test]
+    fn shards_without_volume_go_unless_there_is_nothing_else() {
+        let mesh = sample_surface("cube", 300).unwrap().mesh;
+        let mut soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
+        let boxes = soup.n_polygons();
+        let shard = |soup: &mut TriangleSoup, at: DVec3, thick: f64| {
+            let n = soup.positions.len() as u32;
+            soup.positions.extend(
+                [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::splat(0.3) * DVec3::new(1.0, 1.0, thick)]
+                    .map(|p| at + 0.1 * p),
+            );
+            for [a, b, c] in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] {
+                soup.push_polygon(&[n + a, n + b, n + c]);
+            }
+        };
+        shard(&mut soup, DVec3::splat(2.0), 1e-6);
+        shard(&mut soup, DVec3::splat(3.0), 1e-3);
+        let run = |soup: &TriangleSoup| condition(&RunContext::silent(), soup, &ConditionOptions::default()).unwrap();
+        let c = run(&soup);
+        assert_eq!(c.repairs.iter().find(|r| r.0 == "components_without_volume_dropped").map(|r| r.1), Some(1));
+        assert_eq!(c.mesh.topology().components, 2, "a thin one with some volume stays");
+        assert!(c.polygon.iter().all(|&p| (p as usize) < boxes || (p as usize) >= boxes + 4));
+        let mut alone = TriangleSoup::default();
+        shard(&mut alone, DVec3::splat(2.0), 1e-6);
+        assert_eq!(run(&alone).mesh.topology().components, 1);
+    }
+}

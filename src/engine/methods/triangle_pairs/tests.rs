@@ -82,7 +82,7 @@ fn quads_of_a_remesh_keep_topology_and_curves_and_meet_the_count() {
             let draft = draft(&TrianglePairs, &surface, target);
             check(name, &surface, &draft);
             let ratio = draft.mesh.quads.len() as f64 / target as f64;
-            assert!((0.88..1.12).contains(&ratio) || target == 600 && ratio > 1.0, "{name}: {ratio} of {target}");
+            assert!((0.86..1.12).contains(&ratio) || target == 600 && ratio > 1.0, "{name}: {ratio} of {target}");
         }
     }
 }

@@ -87,16 +87,6 @@ impl<'a> Shaping<'a> {
         }
     }
 
-    /// Moves vertices together along the surface, by `step` at `angle` from an axis of the first one's plane.
-    pub(crate) fn shift(&mut self, vertices: &[u32], step: f64, angle: f64) {
-        let Some(&first) = vertices.first() else { return };
-        let normal = self.sheet.normal(self.faces[first as usize]).normalize_or(DVec3::Z);
-        let (x, y) = normal.any_orthonormal_pair();
-        let by = step * (angle.cos() * x + angle.sin() * y);
-        vertices.iter().for_each(|&v| self.positions[v as usize] += by);
-        self.draw(vertices);
-    }
-
     /// Draws vertices back to the surface, near the faces beneath them.
     pub(crate) fn draw(&mut self, vertices: &[u32]) {
         for &v in vertices {

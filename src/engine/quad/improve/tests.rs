@@ -1,6 +1,5 @@
 use glam::DVec3;
 
-use crate::engine::mesh::Features;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::Topology;
@@ -12,11 +11,9 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::improve_connectivity;
 use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::improve::operations::candidates;
-use crate::engine::quad::improve::pillow_quads;
 use crate::engine::quad::improve::reach_out;
 use crate::engine::quad::improve::remove_doublets;
 use crate::engine::quad::improve::valence::irregularity;
-use crate::engine::quad::improve::{Bad, count_against, repair_quads};
 use crate::engine::quad::optimise::area_vector;
 use crate::engine::quad::optimise::mean_edge;
 use crate::engine::quad::optimise::quality;
@@ -197,49 +194,6 @@ fn doublets_are_removed_and_what_does_not_fit_is_left_alone() {
 }
 
 #[test]
-fn folded_quads_are_mended_where_they_are_and_nothing_else_moves() {
-    let surface = sample_surface("sphere", 900).unwrap();
-    let index = SurfaceIndex::new(&surface.mesh);
-    let ctx = RunContext::silent();
-    let good = split(&surface);
-    for which in [Bad::Reflex, Bad::Against] {
-        assert_eq!(repair_quads(&ctx, &surface, &index, &good, which, &[]).unwrap(), None);
-    }
-    assert_eq!(count_against(&ctx, &index, &good.mesh).unwrap(), 0);
-    let mut turned = good.mesh.clone();
-    turned.quads[3].reverse();
-    assert_eq!(count_against(&ctx, &index, &turned).unwrap(), 1);
-    let mut folded = good.clone();
-    let centre = folded.mesh.quads[600][2] as usize;
-    let away = folded.mesh.quads[600][0] as usize;
-    folded.mesh.positions[centre] = 2.0 * folded.mesh.positions[away] - folded.mesh.positions[centre];
-    let outward = |d: &QuadDraft| {
-        let out = |q: &[u32; 4]| {
-            let p = q.map(|v| d.mesh.positions[v as usize]);
-            area_vector(&p).dot(p.iter().sum::<DVec3>()) > 0.0
-        };
-        d.mesh.quads.iter().all(out)
-    };
-    assert!(outward(&good) && !outward(&folded));
-    let mended = repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver, &[]).unwrap().unwrap();
-    assert!(outward(&mended));
-    assert_eq!(topology(&mended.mesh), topology(&good.mesh));
-    let faced = repair_quads(&ctx, &surface, &index, &folded, Bad::Against, &[]).unwrap().unwrap();
-    assert!(count_against(&ctx, &index, &folded.mesh).unwrap() > 0);
-    assert_eq!(count_against(&ctx, &index, &faced.mesh).unwrap(), 0);
-    // Corners are shifted, only around the fold, and no quad is split or joined.
-    assert_eq!(faced.mesh.quads, folded.mesh.quads);
-    for (after, before) in faced.mesh.positions.iter().zip(&folded.mesh.positions) {
-        assert!(after == before || before.distance(folded.mesh.positions[away]) < 0.6);
-    }
-    let far = |p: &DVec3| p.distance(folded.mesh.positions[away]) > 0.6;
-    let kept: Vec<DVec3> = mended.mesh.positions.iter().copied().filter(far).collect();
-    assert_eq!(kept, good.mesh.positions.iter().copied().filter(far).collect::<Vec<_>>());
-    ctx.stop(StopReason::Client);
-    assert!(repair_quads(&ctx, &surface, &index, &folded, Bad::TurnedOver, &[]).is_err());
-}
-
-#[test]
 fn doublets_get_a_third_quad_or_go_and_what_is_anchored_stays() {
     let surface = sample_surface("sphere", 900).unwrap();
     let index = SurfaceIndex::new(&surface.mesh);
@@ -271,73 +225,6 @@ fn doublets_get_a_third_quad_or_go_and_what_is_anchored_stays() {
     }
     ctx.stop(StopReason::Client);
     assert!(remove_doublets(&ctx, &surface, &index, &with_doublet(&good, 600, Anchor::Surface)).is_err());
-}
-
-#[test]
-fn straight_corners_are_shared_by_two_quads_and_nothing_else_changes() {
-    let surface = sample_surface("sphere", 900).unwrap();
-    let index = SurfaceIndex::new(&surface.mesh);
-    let ctx = RunContext::silent();
-    let good = split(&surface);
-    assert_eq!(pillow_quads(&ctx, &surface, &index, &good).unwrap(), None);
-    let own = |d: &QuadDraft| {
-        let least = |q: &[u32; 4]| {
-            let p = q.map(|v| d.mesh.positions[v as usize]);
-            quality(&p, area_vector(&p).normalize())
-        };
-        d.mesh.quads.iter().map(least).fold(f64::INFINITY, f64::min)
-    };
-    for past in [0.0, 0.1] {
-        // The corner opposite to the triangle's own comes to lie between its neighbours, or a little past them.
-        let mut straight = good.clone();
-        let [corner, before, centre, after] = good.mesh.quads[600].map(|v| good.mesh.positions[v as usize]);
-        let between = before.midpoint(after);
-        straight.mesh.positions[good.mesh.quads[600][2] as usize] = between + past * (corner - between);
-        assert!(own(&straight) <= 1e-9 && centre != between);
-        let shared = pillow_quads(&ctx, &surface, &index, &straight).unwrap().unwrap();
-        assert!(own(&shared) > 0.05, "{past}: {}", own(&shared));
-        assert_eq!(topology(&shared.mesh), topology(&good.mesh));
-        let n = straight.mesh.positions.len();
-        assert_eq!(shared.mesh.positions[..n], straight.mesh.positions);
-        assert_eq!((shared.mesh.positions.len(), shared.anchors.len()), (n + 4, n + 4));
-        let changed = shared.mesh.quads.iter().zip(&straight.mesh.quads).filter(|(a, b)| a != b).count();
-        assert_eq!((changed, shared.mesh.quads.len()), (1, straight.mesh.quads.len() + 4));
-        ctx.check().unwrap();
-    }
-    let mut straight = good.clone();
-    straight.mesh.positions[good.mesh.quads[600][2] as usize] =
-        [1, 3].map(|k| good.mesh.positions[good.mesh.quads[600][k] as usize]).iter().sum::<DVec3>() / 2.0;
-    ctx.stop(StopReason::Client);
-    assert!(pillow_quads(&ctx, &surface, &index, &straight).is_err());
-}
-
-/// A quad whose corners are all on one line has no room of its own: the edge to its neighbour is turned.
-#[test]
-fn a_quad_on_a_line_takes_room_from_its_neighbour() {
-    const N: u32 = 6;
-    let places = (0..(N + 1) * (N + 1)).map(|v| DVec3::new(f64::from(v % (N + 1)), f64::from(v / (N + 1)), 0.0));
-    let vertex = |x: u32, y: u32| y * (N + 1) + x;
-    let square = |x: u32, y: u32| [vertex(x, y), vertex(x + 1, y), vertex(x + 1, y + 1), vertex(x, y + 1)];
-    let quads: Vec<[u32; 4]> = (0..N * N).map(|q| square(q % N, q / N)).collect();
-    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let mesh = TriMesh::try_new(places.clone().collect(), triangles).unwrap();
-    let surface = Surface { mesh, features: Features::default() };
-    let rim = |p: DVec3| p.truncate().min_element() == 0.0 || p.truncate().max_element() == f64::from(N);
-    let anchors = places.clone().map(|p| if rim(p) { Anchor::Curve } else { Anchor::Surface }).collect();
-    let positions = places.collect();
-    let mut line = QuadDraft { mesh: QuadMesh { positions, quads }, anchors, feature_edges: Vec::new() };
-    line.mesh.positions[vertex(3, 3) as usize] = DVec3::new(2.7, 2.0, 0.0);
-    line.mesh.positions[vertex(2, 3) as usize] = DVec3::new(2.3, 2.0, 0.0);
-    let worst = |d: &QuadDraft| {
-        let least = |q: &[u32; 4]| quality(&q.map(|v| d.mesh.positions[v as usize]), DVec3::Z);
-        d.mesh.quads.iter().map(least).fold(f64::INFINITY, f64::min)
-    };
-    assert!(worst(&line) <= 0.0);
-    let index = SurfaceIndex::new(&surface.mesh);
-    let mended = pillow_quads(&RunContext::silent(), &surface, &index, &line).unwrap().unwrap();
-    assert!(worst(&mended) > 0.004, "{}", worst(&mended));
-    assert_eq!(topology(&mended.mesh), topology(&line.mesh));
-    assert_eq!(mended.mesh.positions[..line.mesh.positions.len()], line.mesh.positions);
 }
 
 #[test]

@@ -23,6 +23,5 @@ pub(crate) use sequence::is_sound;
 pub(crate) use sequence::mean_edge;
 pub use sequence::{OptimiseOptions, optimise};
 pub(crate) use shape::area_vector;
-pub(crate) use shape::corner_jacobians;
 pub(crate) use shape::quality;
 pub(crate) use sheet::Sheet;
