@@ -175,7 +175,7 @@ impl RunContext {
 
     /// Runs one stage between its `stage_begins` and `stage_ends`, checking for a stop first. The work gets the context
     /// by which it tells how far it is: its share of the progress by the plan of this one. A stage that comes again in
-    /// the same work mostly finds little to do, and other ones may follow it: its share is [`AGAIN`] of that, and what it
+    /// the same work mostly finds little to do, and other ones may follow it: its share is `AGAIN` of that, and what it
     /// has not told at its end is left for them.
     pub fn stage<T, E: From<Cancelled>>(
         &self,
