@@ -64,7 +64,7 @@ fn check_soup(Damaged { soup, .. }: &Damaged, spec: &RemeshSpec) -> Result<bool,
 
 /// Soups of one kind, of which enough are accepted, and which come with every one of these kinds of damage.
 fn check_soups(soups: impl Strategy<Value = Damaged>, kinds: &[Damage]) {
-    let cases = number_of_cases(500, 5_000);
+    let cases = number_of_cases(150, 5_000);
     let (accepted, met) = (Cell::new(0), Met::default());
     for_all(cases, (soups, spec()), |(case, spec)| {
         case.damage.iter().for_each(|&damage| met.count(damage));
@@ -87,7 +87,7 @@ fn any_wreck_of_a_surface_becomes_certified_quads_or_is_refused() {
 
 #[test]
 fn any_surface_becomes_certified_quads() {
-    for_all(number_of_cases(200, 1_000), (surface(), spec()), |(soup, spec)| {
+    for_all(number_of_cases(100, 1_000), (surface(), spec()), |(soup, spec)| {
         let outcome = run(&soup, &spec)?.map_err(|e| TestCaseError::fail(e.to_string()))?;
         check(&outcome)?;
         let faces: Vec<[u32; 3]> = soup.polygons().filter_map(|p| p.try_into().ok()).collect();
