@@ -27,6 +27,7 @@ pub(super) const FIDELITY: Parameter = Parameter {
             "Every triangle agrees with the surface's normals; where the surface is folded in itself, triangles stay small.",
         ),
         ("loose", "Folds below the size of the triangles are passed over."),
+        ("exact", "The triangles of the input themselves, however many they are."),
     ]),
 };
 
@@ -41,6 +42,9 @@ pub(super) fn coarse_quads(
     polygons: impl Fn(&RunContext, &Surface) -> Result<Vec<Polygon>, Cancelled>,
 ) -> Result<QuadDraft, Cancelled> {
     let Problem { surface, index, quads, .. } = problem;
+    if parameters.get(&FIDELITY) == Value::Choice("exact") {
+        return Ok(subdivide(surface, &polygons(ctx, surface)?, &surface.features.corners, &[]));
+    }
     let is_loose = parameters.get(&FIDELITY) == Value::Choice("loose");
     let target = quads.max(1.0);
     let triangles = target / quads_per_triangle;

@@ -88,11 +88,20 @@ pub(super) const REMEDIES: &[Remedy] = &[
     },
     Remedy { helps: UNCERTIFIED, attempt: |_, case| Ok(Some(small(case, 0.5, STRICT))) },
     Remedy { helps: UNCERTIFIED, attempt: |_, case| Ok(Some(small(case, 0.25, STRICT))) },
+    Remedy {
+        helps: UNCERTIFIED,
+        attempt: |_, case| Ok(Some(other(&TriangleSplit, case.base, EXACT, "split triangles of the input"))),
+    },
+    Remedy {
+        helps: UNCERTIFIED,
+        attempt: |_, case| Ok(other_bare(&TriangleSplit, case, EXACT, "split triangles of the input without features")),
+    },
 ];
 
 const UNCERTIFIED: &[Diagnosis] = &[Local, Global, NoQuads, Nothing];
 const STRICT: &str = "strict";
 const LOOSE: &str = "loose";
+const EXACT: &str = "exact";
 
 /// Handles with loops shorter than so many quad edges get smaller quads where a map or its quads failed,
 const SMALL_HANDLE: f64 = 3.0;
