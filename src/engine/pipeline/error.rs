@@ -39,7 +39,7 @@ pub enum RemeshError {
         /// All violations.
         cause: String,
     },
-    /// No level of the ladder gave quads that pass the certificate.
+    /// No attempt gave quads that pass the certificate; the cause lists all of them.
     #[error("no certified quads were found for component {component}: {cause}")]
     NoQuads {
         /// The component, in order of first faces.

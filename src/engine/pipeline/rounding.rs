@@ -13,7 +13,7 @@ use crate::engine::problem::{Optimise, Problem, split};
 use crate::engine::run::RunContext;
 
 /// Compares ways of rounding on the maps that a run with this spec begins with, component by component, over `offsets`
-/// random real optima each. Sizes are those that the detail asks for, and there is neither a ladder nor symmetry.
+/// random real optima each. Sizes are those that the detail asks for, and there is neither a second attempt nor symmetry.
 ///
 /// # Errors
 /// [`RemeshError`]: the input is refused, the run was stopped, or a component has no map.
