@@ -6,6 +6,7 @@ use std::fmt::Debug;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseResult, TestRunner};
+use quadrille::engine::mesh::TriangleSoup;
 
 /// Whether this is the long run.
 pub(crate) fn is_soak() -> bool {
@@ -16,6 +17,9 @@ pub(crate) fn is_soak() -> bool {
 pub(crate) fn number_of_cases(gate: u32, soak: u32) -> u32 {
     if is_soak() { soak } else { gate }
 }
+
+/// Milliseconds after which a failure is small enough.
+const LONGEST_SHRINKING: u32 = 60_000;
 
 fn seed() -> u64 {
     std::env::var("QUADRILLE_SEED").map_or(1, |seed| seed.parse().expect("QUADRILLE_SEED is a whole number"))
@@ -28,10 +32,28 @@ pub(crate) fn for_all<S: Strategy>(cases: u32, strategy: S, judge: impl Fn(S::Va
         rng_seed: RngSeed::Fixed(seed()),
         failure_persistence: None,
         max_shrink_iters: 300,
+        max_shrink_time: LONGEST_SHRINKING,
         ..ProptestConfig::default()
     };
     if let Err(error) = TestRunner::new(config).run(&strategy, judge) {
         panic!("QUADRILLE_SEED={} draws this again: {error}", seed());
+    }
+}
+
+/// Writes a soup that failed where whoever looks for the cause can remesh it by hand; where that is.
+pub(crate) fn kept(soup: &TriangleSoup) -> String {
+    let path = concat!(env!("CARGO_TARGET_TMPDIR"), "/failed.obj");
+    let mut text = String::new();
+    for p in &soup.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for polygon in soup.polygons() {
+        let corners: Vec<String> = polygon.iter().map(|v| (v + 1).to_string()).collect();
+        text += &format!("f {}\n", corners.join(" "));
+    }
+    match std::fs::write(path, text) {
+        Ok(()) => path.to_owned(),
+        Err(error) => error.to_string(),
     }
 }
 

@@ -10,7 +10,7 @@ use quadrille::engine::mesh::TriangleSoup;
 use quadrille::engine::pipeline::{Effort, Outcome, RemeshError, RemeshSpec, remesh};
 use quadrille::engine::run::{Blame, Fault, RunContext, StopReason, WarningKind};
 
-use crate::cases::{Met, for_all, is_soak, number_of_cases};
+use crate::cases::{Met, for_all, is_soak, kept, number_of_cases};
 use crate::soups::{Damage, Damaged, heap, wreck};
 use crate::surfaces::{spec, surface};
 use crate::topology::topology;
@@ -56,7 +56,7 @@ fn check_soup(Damaged { soup, .. }: &Damaged, spec: &RemeshSpec) -> Result<bool,
     match run(soup, spec)? {
         Ok(outcome) => check(&outcome).map(|()| true),
         Err(error) => {
-            prop_assert!(error.fault() == Fault::Input, "{}", error);
+            prop_assert!(error.fault() == Fault::Input, "{}: {error}", kept(soup));
             Ok(false)
         }
     }
@@ -88,7 +88,7 @@ fn any_wreck_of_a_surface_becomes_certified_quads_or_is_refused() {
 #[test]
 fn any_surface_becomes_certified_quads() {
     for_all(number_of_cases(100, 1_000), (surface(), spec()), |(soup, spec)| {
-        let outcome = run(&soup, &spec)?.map_err(|e| TestCaseError::fail(e.to_string()))?;
+        let outcome = run(&soup, &spec)?.map_err(|e| TestCaseError::fail(format!("{}: {e}", kept(&soup))))?;
         check(&outcome)?;
         let faces: Vec<[u32; 3]> = soup.polygons().filter_map(|p| p.try_into().ok()).collect();
         prop_assert_eq!(topology(&outcome.quads.quads), topology(&faces));

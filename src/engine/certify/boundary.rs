@@ -1,16 +1,17 @@
 //! Boundary loops of the quads against boundary loops of the surface.
 
-use crate::engine::certify::curves::reaches;
+use crate::engine::certify::curves::{BOUNDARY_SLACK, reaches};
 use crate::engine::certify::segments::{Segment, SegmentIndex};
 use crate::engine::certify::{Check, QuadTopology, Violation};
 use crate::engine::mesh::TriMesh;
 use crate::engine::quad::QuadMesh;
 
 /// Loops correspond if 99 of 100 vertices and edge midpoints of the one of the quads lie within reach (see
-/// `curves::reaches`) of the one of the surface; that every piece of the surface's loops is covered, the curve check
-/// proves. Loops that lie in the same place make several partners possible, so partners are found by matching.
+/// `curves::reaches`, with the slack of boundaries) of the one of the surface; that every piece of the surface's loops is
+/// covered, the curve check proves. Loops that lie in the same place make several partners possible, so partners are found
+/// by matching.
 pub(super) fn check(mesh: &TriMesh, quads: &QuadMesh, topology: &QuadTopology) -> Option<Violation> {
-    let reach = reaches(quads, topology);
+    let reach: Vec<f64> = reaches(quads, topology).into_iter().map(|reach| BOUNDARY_SLACK * reach).collect();
     let reach_of = |a: u32, b: u32| topology.edges.binary_search(&[a.min(b), a.max(b)]).map_or(0.0, |e| reach[e]);
     let farthest = reach.iter().copied().fold(0.0, f64::max);
     let mut segments = Vec::new();

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 pub(super) const TOLERANCE: f64 = 0.35;
 /// Boundary curves are only compared with boundary edges of the quads; a boundary that zigzags from triangle to triangle
 /// is followed at the resolution of the quads, so the tolerance is wider by this factor.
-const BOUNDARY_SLACK: f64 = 1.7;
+pub(super) const BOUNDARY_SLACK: f64 = 1.7;
 /// … and if it makes at most 60 degrees with the curve: the chords of a circle of three edges.
 const COSINE: f64 = 0.5;
 /// A corner is a vertex of the quads if they are this near, relative to the diagonal …
@@ -27,6 +27,13 @@ const COVERED: f64 = 0.95;
 const GAP: usize = 5;
 /// An edge passes through a vertex of a curve if it comes this near, in parts of its reach.
 const LINK: f64 = 0.05;
+/// A curve has a direction over the length of a quad edge if its ends are apart by more than this part of that length;
+/// where it turns back within less than an edge, no chain of quads can follow its turns.
+const STRETCHED: f64 = 0.5;
+/// A bay of a boundary with a mouth narrower than this many quad edges has no quad of its own, …
+const MOUTH: f64 = 0.5;
+/// … if it is at most two edges deep, which is as far as quads may be from the surface: the length of its shore, in edges.
+const SHORE: f64 = 4.0;
 /// Curves get a sample per tenth of a mean quad edge, at most about so many.
 const SAMPLES: f64 = 200_000.0;
 /// … and each at least so many.
@@ -87,10 +94,13 @@ pub(super) fn check(
     };
     let (all, boundary) = (segments(false), segments(true));
     let mean_edge = mean(&reach) / TOLERANCE;
-    let samples = sample(surface, &curves, |c| {
+    let spans = curves.iter().map(|c| {
         let index = if c.is_boundary { &boundary } else { &all };
         local_edge(surface, index, c).unwrap_or(mean_edge)
     });
+    let spans: Vec<f64> = spans.collect();
+    let whole: Vec<Vec<DVec3>> = curves.iter().map(|c| c.points(surface)).collect();
+    let samples = sample(&curves, &whole, &spans);
     let judged: Vec<(Vec<u32>, f64)> = samples
         .par_iter()
         .enumerate()
@@ -114,9 +124,11 @@ pub(super) fn check(
         let ends = [curve.vertices[0], curve.vertices[curve.vertices.len() - 1]];
         let ends = ends.map(|v| at_corner.binary_search_by_key(&v, |a| a.0).ok().map(|i| at_corner[i].1.as_slice()));
         let links = links(surface, curve, if curve.is_boundary { &boundary } else { &all });
-        if !is_chain(&judged[start..end], &links, &topology.edges, ends) {
+        let near = |i: usize| (judged[i].0.as_slice(), samples[i].is_in_bay);
+        let near: Vec<(&[u32], bool)> = (start..end).map(near).collect();
+        if !is_chain(&near, &links, &topology.edges, ends) {
             torn[usize::from(curve.is_boundary)].push(curve.vertices[curve.vertices.len() / 2]);
-            let is_lost = |i: usize| judged[i].0.is_empty();
+            let is_lost = |i: usize| judged[i].0.is_empty() && !samples[i].is_in_bay;
             let gaps = (start..end).filter(|&i| is_lost(i) && (i == start || !is_lost(i - 1)));
             places[usize::from(curve.is_boundary)].extend(gaps.map(|i| samples[i].position));
         }
@@ -224,9 +236,12 @@ fn start_where_any_numbering_does(mesh: &TriMesh, vertices: &mut Vec<u32>) {
 struct Sample {
     position: DVec3,
     /// Of the piece of curve at the sample, and of a chord of about a quad edge around it: scan edges zigzag below
-    /// that size, and split triangles follow every zigzag.
+    /// that size, and split triangles follow every zigzag. Zero where it turns back within that chord: any direction is
+    /// as good there.
     directions: [DVec3; 2],
     curve: usize,
+    /// Whether the quads may pass it by; see [`bays`].
+    is_in_bay: bool,
 }
 
 /// Mean length of the quad edges along a curve, so that a curve is judged alike whatever else the model has: a mean over
@@ -245,29 +260,64 @@ fn local_edge(surface: &Surface, index: &SegmentIndex, curve: &Curve) -> Option<
     (n > 0).then(|| sum / f64::from(n))
 }
 
-/// Samples along all curves, in order, evenly by arc length; `edge` is the length of the quad edges along a curve.
-fn sample(surface: &Surface, curves: &[Curve], edge: impl Fn(&Curve) -> f64) -> Vec<Sample> {
-    let points = |c: &Curve| -> Vec<DVec3> { c.vertices.iter().map(|&v| surface.mesh.position(v)).collect() };
-    let length = |p: &[DVec3]| -> f64 { p.windows(2).map(|w| w[0].distance(w[1])).sum() };
-    let total: f64 = curves.iter().map(|c| length(&points(c))).sum();
+impl Curve {
+    fn points(&self, surface: &Surface) -> Vec<DVec3> {
+        self.vertices.iter().map(|&v| surface.mesh.position(v)).collect()
+    }
+}
+
+fn length(points: &[DVec3]) -> f64 {
+    points.windows(2).map(|w| w[0].distance(w[1])).sum()
+}
+
+/// The bays and spits of a boundary curve at the scale of quads with edges of this length, as ranges of its arc length:
+/// those with a mouth narrower than `MOUTH` edges, unless they are deeper than quads may be away from the surface; a slit
+/// that long has two sides.
+fn bays(points: &[DVec3], edge: f64) -> Vec<[f64; 2]> {
+    let mut arc = vec![0.0];
+    arc.extend(points.windows(2).scan(0.0, |sum, w| {
+        *sum += w[0].distance(w[1]);
+        Some(*sum)
+    }));
+    let longest = (SHORE * edge).min(0.5 * arc[points.len() - 1]);
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at + 1 < points.len() {
+        let within = arc.partition_point(|&a| a <= arc[at] + longest);
+        let is_bay = |&j: &usize| {
+            let mouth = points[j].distance(points[at]);
+            mouth <= MOUTH * edge && mouth < STRETCHED * (arc[j] - arc[at])
+        };
+        let end = (at + 1..within).rev().find(is_bay);
+        found.extend(end.map(|end| [arc[at], arc[end]]));
+        at = end.unwrap_or(at + 1);
+    }
+    found
+}
+
+/// Samples along all curves, in order, evenly by arc length; `lines` are their points, `spans` the lengths of the quad edges
+/// along them.
+fn sample(curves: &[Curve], lines: &[Vec<DVec3>], spans: &[f64]) -> Vec<Sample> {
+    let total: f64 = lines.iter().map(|points| length(points)).sum();
     let coarsest = total / SAMPLES;
     let mut samples = Vec::new();
-    for (curve, c) in curves.iter().enumerate() {
-        let mean_edge = edge(c);
+    for (curve, (points, &mean_edge)) in lines.iter().zip(spans).enumerate() {
+        let bays = if curves[curve].is_boundary { bays(points, mean_edge) } else { Vec::new() };
         let spacing = (0.1 * mean_edge).max(coarsest);
-        let points = points(c);
-        let all = length(&points);
+        let all = length(points);
         let n = if spacing > 0.0 { (all / spacing).ceil().max(LEAST_SAMPLES) } else { LEAST_SAMPLES };
         let reach = 0.5 * mean_edge;
         let mut walk = [Walk::default(), Walk::default(), Walk::default()];
         for i in 0..n as usize {
             let wanted = (i as f64 + 0.5) / n * all;
-            let [position, before, after] = [wanted, (wanted - reach).max(0.0), (wanted + reach).min(all)];
-            let position = walk[0].to(&points, position);
-            let chord = walk[2].to(&points, after) - walk[1].to(&points, before);
+            let (before, after) = ((wanted - reach).max(0.0), (wanted + reach).min(all));
+            let position = walk[0].to(points, wanted);
+            let chord = walk[2].to(points, after) - walk[1].to(points, before);
             let piece = points[walk[0].piece + 1] - points[walk[0].piece];
+            let chord = if chord.length() > STRETCHED * (after - before) { chord } else { DVec3::ZERO };
             let directions = [piece, chord].map(DVec3::normalize_or_zero);
-            samples.push(Sample { position, directions, curve });
+            let is_in_bay = bays.get(bays.partition_point(|bay| bay[1] < wanted)).is_some_and(|bay| bay[0] < wanted);
+            samples.push(Sample { position, directions, curve, is_in_bay });
         }
     }
     samples
@@ -311,10 +361,10 @@ fn links(surface: &Surface, curve: &Curve, index: &SegmentIndex) -> Vec<u32> {
     links
 }
 
-/// Whether one connected set of the candidate edges and links covers the samples and reaches the ends, where those are
-/// corners.
-fn is_chain(judged: &[(Vec<u32>, f64)], links: &[u32], edges: &[[u32; 2]], ends: [Option<&[u32]>; 2]) -> bool {
-    let mut chosen: Vec<u32> = judged.iter().flat_map(|(c, _)| c).chain(links).copied().collect();
+/// Whether one connected set of the candidate edges and links covers the samples, but for those in bays, and reaches the
+/// ends, where those are corners.
+fn is_chain(judged: &[(&[u32], bool)], links: &[u32], edges: &[[u32; 2]], ends: [Option<&[u32]>; 2]) -> bool {
+    let mut chosen: Vec<u32> = judged.iter().flat_map(|(c, _)| *c).chain(links).copied().collect();
     chosen.sort_unstable();
     chosen.dedup();
     let mut vertices: Vec<u32> = chosen.iter().flat_map(|&e| edges[e as usize]).collect();
@@ -327,7 +377,7 @@ fn is_chain(judged: &[(Vec<u32>, f64)], links: &[u32], edges: &[[u32; 2]], ends:
         parent[a.max(b)] = a.min(b);
     }
     let mut covered = vec![0usize; vertices.len()];
-    for (candidates, _) in judged {
+    for (candidates, _) in judged.iter().filter(|j| !j.1) {
         let mut roots: Vec<usize> =
             candidates.iter().filter_map(|&e| local(edges[e as usize][0])).map(|i| root(&mut parent, i)).collect();
         roots.sort_unstable();
@@ -336,11 +386,11 @@ fn is_chain(judged: &[(Vec<u32>, f64)], links: &[u32], edges: &[[u32; 2]], ends:
             covered[r] += 1;
         }
     }
-    let enough = COVERED * judged.len() as f64;
+    let enough = COVERED * judged.iter().filter(|j| !j.1).count() as f64;
     let roots: Vec<usize> = (0..vertices.len()).map(|i| root(&mut parent, i)).collect();
     let longest_gap = |r: usize| {
         let (mut longest, mut gap) = (0, 0);
-        for (candidates, _) in judged {
+        for (candidates, _) in judged.iter().filter(|j| !j.1) {
             let is_covered = candidates.iter().filter_map(|&e| local(edges[e as usize][0])).any(|i| roots[i] == r);
             gap = if is_covered { 0 } else { gap + 1 };
             longest = longest.max(gap);

@@ -89,8 +89,12 @@ impl<'a> QuadJudge<'a> {
         let around = corners.iter().map(|p| p.distance(centre)).sum::<f64>() / 4.0;
         let ball = Ball { centre, radius: around + 0.5 * edge };
         let start = self.sheet(own, &foot, feet, edge);
-        let up = self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.edge_length);
         let distance = feet.iter().map(|f| f.distance).fold(foot.distance, f64::max);
+        let is_in_face = distance <= SAME_PLACE * edge && self.face_in(own, &foot, edge).is_some();
+        let up = match is_in_face {
+            true => own,
+            false => self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.edge_length),
+        };
         let jacobian = scaled_jacobian(*corners);
         let diagonal = corners[0].distance_squared(corners[2]).max(corners[1].distance_squared(corners[3]));
         let defect = if area.length() <= NO_AREA * diagonal {
@@ -120,8 +124,16 @@ impl<'a> QuadJudge<'a> {
         if best.0 > TELLING {
             return best.1;
         }
-        let other = self.index.closest_where(foot.position, SAME_PLACE * edge, |face| agrees(face) > TELLING);
-        other.map_or(foot.face, |p| p.face)
+        self.face_in(own, foot, edge).unwrap_or(foot.face)
+    }
+
+    /// A face at the place beneath the centre of a quad with this unit normal that agrees with it.
+    fn face_in(&self, own: DVec3, foot: &SurfacePoint, edge: f64) -> Option<u32> {
+        let agrees = |face: u32| self.index.normal(face).dot(own) > TELLING;
+        if agrees(foot.face) {
+            return Some(foot.face);
+        }
+        self.index.closest_where(foot.position, SAME_PLACE * edge, agrees).map(|p| p.face)
     }
 
     /// Whether two quads at an edge lie folded on each other: they turn by more than 150 degrees and the surface does not.
