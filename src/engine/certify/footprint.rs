@@ -4,7 +4,7 @@
 //! it, and only of the sheet that it lies on: the mean is taken over what a walk over neighbours reaches, never over what
 //! merely lies near. Walks do not cross features: there the surface turns, and quads end there as well.
 
-use crate::engine::mesh::{NONE, Surface, closest_on_triangle};
+use crate::engine::mesh::{FaceCells, NONE, Surface, closest_on_triangle};
 use glam::DVec3;
 
 /// Extent of a cell in edges of a quad: a footprint is two edges wide, so some sixty cells make its mean.
@@ -19,17 +19,11 @@ const SLOTS: usize = 2048;
 /// Faces joined to cells of a quarter of a quad's edge, so that a mean costs the same however fine the triangles are.
 #[derive(Clone, Debug)]
 pub(super) struct Cells {
-    /// Per face, its cell.
-    of_face: Vec<u32>,
+    cells: FaceCells,
     /// Per cell, twice its area vector.
     area: Vec<DVec3>,
     /// Per cell, the centroid and the largest distance of a face's centroid from it.
     ball: Vec<(DVec3, f64)>,
-    /// Per cell, its face if it has only one.
-    single: Vec<u32>,
-    /// Per cell, its neighbours in `neighbours`.
-    start: Vec<u32>,
-    neighbours: Vec<u32>,
 }
 
 /// Where a mean is taken: a ball.
@@ -44,60 +38,19 @@ impl Cells {
     /// stops there. O(F log F).
     pub(super) fn new(surface: &Surface, barrier: &[bool], edge_length: f64) -> Self {
         let mesh = &surface.mesh;
-        let n = mesh.n_faces();
-        let reach = 0.5 * CELL * edge_length;
-        let middle = |f: usize| mesh.triangle(f).iter().sum::<DVec3>() / 3.0;
-        let mut of_face = vec![NONE; n];
-        let mut cells = Self {
-            of_face: Vec::new(),
-            area: Vec::new(),
-            ball: Vec::new(),
-            single: Vec::new(),
-            start: vec![0],
-            neighbours: Vec::new(),
-        };
-        let mut members = Vec::new();
-        for seed in 0..n {
-            if of_face[seed] != NONE {
-                continue;
-            }
-            let (cell, at, normal) = (cells.area.len() as u32, middle(seed), mesh.normal(seed));
-            of_face[seed] = cell;
-            members.clear();
-            members.push(seed);
-            let mut next = 0;
-            while let Some(&f) = members.get(next) {
-                next += 1;
-                for t in (3 * f..3 * f + 3).filter(|&h| !barrier[h]).filter_map(|h| mesh.twin(h)) {
-                    // The two sides of a thin sheet are different cells.
-                    let is_near = || middle(t / 3).distance(at) <= reach && mesh.normal(t / 3).dot(normal) >= SHARP;
-                    if of_face[t / 3] == NONE && is_near() {
-                        of_face[t / 3] = cell;
-                        members.push(t / 3);
-                    }
-                }
-            }
-            let size: f64 = members.iter().map(|&f| mesh.area(f)).sum();
-            let weighted: DVec3 = members.iter().map(|&f| mesh.area(f) * middle(f)).sum();
-            let centre = if size > 0.0 { weighted / size } else { at };
-            let radius = members.iter().map(|&f| middle(f).distance(centre)).fold(0.0, f64::max);
-            cells.area.push(members.iter().map(|&f| mesh.area_vector(f)).sum());
-            cells.ball.push((centre, radius));
-            cells.single.push(if let [f] = members[..] { f as u32 } else { NONE });
+        let cells = FaceCells::new(mesh, barrier, 0.5 * CELL * edge_length);
+        let middle = |f: u32| mesh.triangle(f as usize).iter().sum::<DVec3>() / 3.0;
+        let (mut area, mut ball) = (Vec::with_capacity(cells.len()), Vec::with_capacity(cells.len()));
+        for cell in 0..cells.len() as u32 {
+            let faces = cells.faces(cell);
+            let size: f64 = faces.iter().map(|&f| mesh.area(f as usize)).sum();
+            let weighted: DVec3 = faces.iter().map(|&f| mesh.area(f as usize) * middle(f)).sum();
+            let centre = if size > 0.0 { weighted / size } else { middle(faces[0]) };
+            let radius = faces.iter().map(|&f| middle(f).distance(centre)).fold(0.0, f64::max);
+            area.push(faces.iter().map(|&f| mesh.area_vector(f as usize)).sum());
+            ball.push((centre, radius));
         }
-        let across = (0..mesh.n_halfedges()).filter(|&h| !barrier[h]);
-        let mut links: Vec<(u32, u32)> = across
-            .filter_map(|h| Some((of_face[h / 3], of_face[mesh.twin(h)? / 3])))
-            .filter(|&(a, b)| a != b)
-            .collect();
-        links.sort_unstable();
-        links.dedup();
-        for cell in 0..cells.area.len() as u32 {
-            cells.start.push(links.partition_point(|l| l.0 <= cell) as u32);
-        }
-        cells.neighbours = links.into_iter().map(|l| l.1).collect();
-        cells.of_face = of_face;
-        cells
+        Self { cells, area, ball }
     }
 
     /// The mean normal over what a walk from a face reaches within a ball, and on no longer ways than its radius: over
@@ -108,19 +61,25 @@ impl Cells {
         let mut walk = Walk::new();
         let mut sum = DVec3::ZERO;
         walk.offer(Step {
-            at: if fine { face } else { self.of_face[face as usize] },
+            at: if fine { face } else { self.cells.of(face) },
             way: 0.0,
             from: ball.centre,
             normal: DVec3::ZERO,
         });
         while let Some(step) = walk.next() {
-            let single = if fine { step.at } else { self.single[step.at as usize] };
-            let (area, place, slack) = if single == NONE {
-                let (centre, radius) = self.ball[step.at as usize];
-                (self.area[step.at as usize], centre, radius)
-            } else {
-                let corners = mesh.triangle(single as usize);
-                (part_within(&corners, 2.0 * ball.radius), closest_on_triangle(ball.centre, &corners).1, 0.0)
+            let single = match fine {
+                true => Some(step.at),
+                false => Some(self.cells.faces(step.at)).filter(|faces| faces.len() == 1).map(|faces| faces[0]),
+            };
+            let (area, place, slack) = match single {
+                None => {
+                    let (centre, radius) = self.ball[step.at as usize];
+                    (self.area[step.at as usize], centre, radius)
+                }
+                Some(face) => {
+                    let corners = mesh.triangle(face as usize);
+                    (part_within(&corners, 2.0 * ball.radius), closest_on_triangle(ball.centre, &corners).1, 0.0)
+                }
             };
             // The quad may hover over its start: the way begins there.
             let way = if walk.taken == 1 { 0.0 } else { step.way + step.from.distance(place) };
@@ -134,8 +93,7 @@ impl Cells {
                 let f = 3 * step.at as usize;
                 (f..f + 3).filter(|&h| !barrier[h]).filter_map(|h| mesh.twin(h)).for_each(|t| offer(t as u32 / 3));
             } else {
-                let range = self.start[step.at as usize] as usize..self.start[step.at as usize + 1] as usize;
-                self.neighbours[range].iter().for_each(|&cell| offer(cell));
+                self.cells.neighbours(step.at).iter().for_each(|&cell| offer(cell));
             }
         }
         sum.normalize_or_zero()

@@ -4,6 +4,7 @@
 mod canonical;
 pub mod condition;
 mod conditioned;
+mod face_cells;
 mod feature_detection;
 mod features;
 mod handles;
@@ -17,6 +18,7 @@ mod soup;
 mod tri_mesh;
 
 pub use conditioned::{Conditioned, Surface, SurfacePart};
+pub use face_cells::FaceCells;
 pub use feature_detection::{Detected, FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};
 pub use features::Features;
 pub use handles::{SmallHandle, small_handles};

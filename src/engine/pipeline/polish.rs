@@ -29,14 +29,23 @@ type Step = for<'a> fn(&Polisher<'a>, &QuadDraft, Regularity, &Judged) -> Result
 /// The steps in order, for quads that have their certificate.
 const STEPS: [Step; 3] = [without_doublets, reaching, reconnected];
 
+/// How far quads are polished.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Depth {
+    /// Until they are certified: quads that stand by while something better is tried.
+    Valid,
+    /// As far as it goes.
+    Best,
+}
+
 impl Polisher<'_> {
     /// The best quads that come of a draft: certified, or with the reasons why not.
     ///
     /// # Errors
     /// A stop; a deadline only as long as nothing is certified.
-    pub(super) fn polish(&self, draft: QuadDraft, regularity: Regularity) -> Result<Judged, Cancelled> {
-        let mut best = self.valid(&draft, regularity)?;
-        if !best.is_certified() {
+    pub(super) fn polish(&self, draft: QuadDraft, regularity: Regularity, depth: Depth) -> Result<Judged, Cancelled> {
+        let mut best = self.valid(&draft, regularity, depth)?;
+        if !best.is_certified() || depth == Depth::Valid {
             return Ok(best);
         }
         for step in STEPS {
@@ -69,10 +78,10 @@ impl Polisher<'_> {
 
     /// Quads whose certificate passes, if there are any: relaxed; or as they came, because where the surface is folded below
     /// the size of the quads moving them does more harm than good.
-    fn valid(&self, draft: &QuadDraft, regularity: Regularity) -> Result<Judged, Cancelled> {
-        let relaxed = match regularity {
-            Regularity::Regular => self.relaxed(draft.clone(), Vec::new())?,
-            Regularity::Irregular => self.reconnected(draft.clone())?,
+    fn valid(&self, draft: &QuadDraft, regularity: Regularity, depth: Depth) -> Result<Judged, Cancelled> {
+        let relaxed = match (regularity, depth) {
+            (Regularity::Irregular, Depth::Best) => self.reconnected(draft.clone())?,
+            _ => self.relaxed(draft.clone(), Vec::new())?,
         };
         let best = self.mended(relaxed)?;
         if best.is_certified() {

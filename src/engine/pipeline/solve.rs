@@ -10,7 +10,7 @@ use crate::engine::pipeline::attempt::{Attempt, Extracted, NoQuads};
 use crate::engine::pipeline::costs::FIRST_TRY;
 use crate::engine::pipeline::judged::Judged;
 use crate::engine::pipeline::plan::{Plan, costs};
-use crate::engine::pipeline::polish::Polisher;
+use crate::engine::pipeline::polish::{Depth, Polisher};
 use crate::engine::pipeline::remedies::{Diagnosis, has_boundary};
 use crate::engine::pipeline::spec::RemeshSpec;
 use crate::engine::problem::{Boundary, Problem};
@@ -35,6 +35,7 @@ struct Candidate {
     level: Level,
     map: Option<Box<MapProduct>>,
     attempt: Attempt,
+    depth: Depth,
 }
 
 /// Finds certified quads for a component. When the deadline passes, the best certified quads so far are the answer; where
@@ -111,20 +112,28 @@ impl Search<'_> {
         while let Some(attempt) = plan.next(ctx)? {
             // Whatever takes long has something to fall back upon when the deadline cuts it.
             if !has_substitute && (is_long || !is_first) && !self.is_certified() {
-                self.attempt(ctx, &substitute(&TrianglePairs, self.whole, "before what may take long"))?;
+                self.attempt(ctx, &substitute(&TrianglePairs, self.whole, "before what may take long"), Depth::Valid)?;
                 has_substitute = true;
             }
             is_first = false;
             if attempt.method != self.method && self.is_certified() {
                 break;
             }
-            let (diagnosis, places) = self.attempt(ctx, &attempt)?;
+            let (diagnosis, places) = self.attempt(ctx, &attempt, Depth::Best)?;
             if diagnosis == Diagnosis::Complete {
                 break;
             }
             plan.learn(&attempt, diagnosis, &places);
         }
-        Ok(())
+        self.finish(ctx)
+    }
+
+    /// Quads that only stood by are polished after all where nothing better came.
+    fn finish(&mut self, ctx: &RunContext) -> Result<(), Cancelled> {
+        match self.best.as_ref().filter(|best| best.judged.is_certified() && best.depth == Depth::Valid) {
+            Some(standby) => self.attempt(ctx, &standby.attempt.clone(), Depth::Best).map(|_| ()),
+            None => Ok(()),
+        }
     }
 
     fn is_certified(&self) -> bool {
@@ -132,12 +141,17 @@ impl Search<'_> {
     }
 
     /// Makes an attempt; what is wrong with it, and where.
-    fn attempt(&mut self, ctx: &RunContext, attempt: &Attempt) -> Result<(Diagnosis, Vec<DVec3>), Cancelled> {
+    fn attempt(
+        &mut self,
+        ctx: &RunContext,
+        attempt: &Attempt,
+        depth: Depth,
+    ) -> Result<(Diagnosis, Vec<DVec3>), Cancelled> {
         let ctx = &ctx.attempt(FIRST_TRY).planned(costs(attempt));
         let work = || {
             let Extracted { draft, regularity, level, map } = attempt.quads(ctx)?;
             let polisher = Polisher { ctx, whole: self.whole, problem: &attempt.problem };
-            match polisher.polish(draft, regularity) {
+            match polisher.polish(draft, regularity, depth) {
                 Ok(judged) => Ok((judged, level, map)),
                 Err(stop) => Err(NoQuads::Cancelled(stop)),
             }
@@ -164,7 +178,7 @@ impl Search<'_> {
             self.failed(attempt, "no certificate", judged.cause(), &places);
         }
         if self.best.as_ref().is_none_or(|best| judged.quality > best.judged.quality) {
-            let before = self.best.replace(Candidate { judged, level, map, attempt: attempt.clone() });
+            let before = self.best.replace(Candidate { judged, level, map, attempt: attempt.clone(), depth });
             self.map = self.map.take().or(before.and_then(|before| before.map));
         } else {
             self.map = self.map.take().or(map);
@@ -194,7 +208,7 @@ impl Search<'_> {
         self.warnings.push(WarningKind::Deadline { effect }.into());
         let bare = self.whole.without_features().filter(|_| self.spec.features.edges.is_empty());
         for problem in std::iter::once(self.whole.clone()).chain(bare) {
-            self.attempt(&ctx.late(), &substitute(&TriangleSplit, &problem, "at the deadline"))?;
+            self.attempt(&ctx.late(), &substitute(&TriangleSplit, &problem, "at the deadline"), Depth::Valid)?;
             if self.is_certified() {
                 return Ok(());
             }
@@ -205,7 +219,7 @@ impl Search<'_> {
     fn solution(self) -> Result<Solution, String> {
         let Self { whole, method, best, map, mut warnings, causes, .. } = self;
         let best = best.filter(|best| best.judged.is_certified());
-        let Some(Candidate { judged, level, map: own, attempt }) = best else { return Err(causes.join("; ")) };
+        let Some(Candidate { judged, level, map: own, attempt, .. }) = best else { return Err(causes.join("; ")) };
         if attempt.method != method {
             warnings.push(WarningKind::Fallback { level: level as u8 }.into());
         }

@@ -12,7 +12,8 @@ pub(super) struct Relief<'a> {
     /// Per face, the last walk that met it.
     met: Vec<u32>,
     walk: u32,
-    queue: VecDeque<usize>,
+    /// Faces, with the area of their part within reach.
+    queue: VecDeque<(usize, f64)>,
 }
 
 /// Least reach in heights of the smaller face: two edge lengths of equilateral triangles.
@@ -48,25 +49,23 @@ impl<'a> Relief<'a> {
     fn mean_normal(&mut self, face: usize, middle: DVec3, reach: f64, marked: &[bool]) -> DVec3 {
         self.walk += 1;
         self.met[face] = self.walk;
-        self.queue.push_back(face);
+        self.queue.push_back((face, area_within(self.mesh.triangle(face), middle, reach)));
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
         let mut left = MOST_FACES;
-        while let Some(f) = self.queue.pop_front() {
+        while let Some((f, within)) = self.queue.pop_front() {
             if left == 0 {
                 self.queue.clear();
                 break;
             }
             left -= 1;
-            let within = area_within(self.mesh.triangle(f), middle, reach);
             sum += within * self.mesh.normal(f);
             area += within;
             for h in (3 * f..3 * f + 3).filter(|&h| !marked[h]) {
-                if let Some(g) = self.mesh.twin(h).map(|t| t / 3)
-                    && self.met[g] != self.walk
-                    && area_within(self.mesh.triangle(g), middle, reach) > 0.0
-                {
+                let Some(g) = self.mesh.twin(h).map(|t| t / 3).filter(|&g| self.met[g] != self.walk) else { continue };
+                let within = area_within(self.mesh.triangle(g), middle, reach);
+                if within > 0.0 {
                     self.met[g] = self.walk;
-                    self.queue.push_back(g);
+                    self.queue.push_back((g, within));
                 }
             }
         }
@@ -78,7 +77,11 @@ impl<'a> Relief<'a> {
 /// Area of the part of a triangle that lies in a ball: the sum over its sides of what the ball's disc in its plane has in
 /// common with the triangle between the side and the disc's centre.
 fn area_within([a, b, c]: [DVec3; 3], centre: DVec3, radius: f64) -> f64 {
-    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let cross = (b - a).cross(c - a);
+    if [a, b, c].iter().all(|p| p.distance_squared(centre) <= radius * radius) {
+        return 0.5 * cross.length();
+    }
+    let normal = cross.normalize_or_zero();
     let away = (centre - a).dot(normal);
     let square = radius * radius - away * away;
     if square <= 0.0 || normal == DVec3::ZERO {

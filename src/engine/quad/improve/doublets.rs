@@ -43,8 +43,8 @@ pub fn remove_doublets(
     if doublets.is_empty() {
         return Ok(None);
     }
-    let sheet = Sheet::new(surface, mean);
-    let mut shaping = Shaping::new(&sheet, index, draft, 0.5 * mean);
+    let sheet = Sheet::new(surface, index, mean);
+    let mut shaping = Shaping::new(&sheet, draft, 0.5 * mean);
     let mut removed = false;
     for v in doublets {
         ctx.check()?;

@@ -53,8 +53,8 @@ pub fn reach_out(
     if !(is_sound(surface, draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(None);
     }
-    let sheet = Sheet::new(surface, mean);
-    let mut shaping = Shaping::new(&sheet, index, draft, 0.5 * mean);
+    let sheet = Sheet::new(surface, index, mean);
+    let mut shaping = Shaping::new(&sheet, draft, 0.5 * mean);
     let net = QuadNet::new(draft);
     let mut pulled = false;
     for round in 0..ROUNDS {

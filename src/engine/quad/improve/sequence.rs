@@ -46,10 +46,10 @@ pub fn improve_connectivity(
     if !(is_sound(surface, &draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(draft);
     }
-    let sheet = Sheet::new(surface, mean);
+    let sheet = Sheet::new(surface, index, mean);
     let mut work = Work {
         net: QuadNet::new(&draft),
-        shaping: Shaping::new(&sheet, index, &draft, 0.5 * mean),
+        shaping: Shaping::new(&sheet, &draft, 0.5 * mean),
         stale: vec![true; draft.mesh.positions.len()],
     };
     for pass in 0..PASSES {

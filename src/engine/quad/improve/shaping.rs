@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::engine::mesh::SurfaceIndex;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::optimise::Sheet;
@@ -24,13 +23,13 @@ pub(crate) struct Shaping<'a> {
 }
 
 impl<'a> Shaping<'a> {
-    pub(crate) fn new(sheet: &'a Sheet<'a>, index: &SurfaceIndex, draft: &QuadDraft, reach: f64) -> Self {
+    pub(crate) fn new(sheet: &'a Sheet<'a>, draft: &QuadDraft, reach: f64) -> Self {
         let mut normals = vec![DVec3::ZERO; draft.mesh.positions.len()];
         for quad in &draft.mesh.quads {
             let n = area_vector(&quad.map(|v| draft.mesh.positions[v as usize]));
             quad.iter().for_each(|&v| normals[v as usize] += n);
         }
-        let land = |(&p, n): (&DVec3, DVec3)| sheet.land(index, p, n.normalize_or_zero(), reach).0;
+        let land = |(&p, n): (&DVec3, DVec3)| sheet.land(p, n.normalize_or_zero(), reach).0;
         let faces = draft.mesh.positions.iter().zip(normals).map(land).collect();
         Self { sheet, positions: draft.mesh.positions.clone(), faces }
     }

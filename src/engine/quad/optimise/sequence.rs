@@ -65,8 +65,8 @@ pub fn optimise(
         return Ok(draft);
     }
     let target = if options.edge_length > 0.0 && options.edge_length.is_finite() { options.edge_length } else { mean };
-    let sheet = Sheet::new(surface, target.min(mean));
-    let mut state = State::new(&sheet, index, &draft, &options.held, trace_curves(surface), 0.5 * mean);
+    let sheet = Sheet::new(surface, index, target.min(mean));
+    let mut state = State::new(&sheet, &draft, &options.held, trace_curves(surface), 0.5 * mean);
     ctx.check()?;
     let sizes = wanted_sizes(&state, target, &options.log_size);
     ctx.advance(0.1);

@@ -1,16 +1,18 @@
-//! Moving on the surface by walking from face to face, so that a vertex never jumps to another sheet and never crosses
-//! a feature curve.
+//! Moving on the surface to nearest points that hang together with the last one, so that a vertex never jumps to another
+//! sheet and never crosses a feature curve.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use crate::engine::mesh::FaceCells;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::closest_on_triangle;
 
-/// Faces looked at without finding a nearer point before a walk ends; enough to go round a vertex of a noisy surface.
-const PATIENCE: usize = 10;
-/// Most faces that one walk looks at.
-const REACH: usize = 600;
+/// Radius of the cells that lead from place to place, in quad edges.
+const CELL: f64 = 0.125;
+/// Most cells that one step looks at: those of a disc of two quad edges.
+const REACH: usize = 200;
 /// Faces whose normals agree less than this (cosine) belong to another sheet.
 const SAME_SHEET: f64 = 0.3;
 /// Most rounds of averaging of the normals.
@@ -20,18 +22,22 @@ const ROUNDS: f64 = 40.0;
 #[derive(Debug)]
 pub(crate) struct Sheet<'a> {
     surface: &'a Surface,
-    /// Per halfedge: boundary or feature edge.
-    barrier: Vec<bool>,
+    index: &'a SurfaceIndex,
+    /// Faces that hang together, never across a feature edge.
+    cells: FaceCells,
+    /// Length of a quad's edge.
+    scale: f64,
     /// Per face: the unit normal averaged over about a third of a quad, but never across a barrier.
     normals: Vec<DVec3>,
 }
 
 impl<'a> Sheet<'a> {
     /// `scale`: length of a quad's edge.
-    pub(crate) fn new(surface: &'a Surface, scale: f64) -> Self {
+    pub(crate) fn new(surface: &'a Surface, index: &'a SurfaceIndex, scale: f64) -> Self {
         let barrier = surface.features.halfedge_flags(&surface.mesh);
         let normals = smooth_normals(surface, &barrier, scale);
-        Self { surface, barrier, normals }
+        let cells = FaceCells::new(&surface.mesh, &barrier, CELL * scale);
+        Self { surface, index, cells, scale, normals }
     }
 
     /// The surface itself.
@@ -51,63 +57,54 @@ impl<'a> Sheet<'a> {
 
     /// The point of the surface nearest to `p`, or one up to `reach` further away on a sheet that agrees with `normal`
     /// (zero: any).
-    pub(crate) fn land(&self, index: &SurfaceIndex, p: DVec3, normal: DVec3, reach: f64) -> (u32, DVec3) {
-        let nearest = index.closest(p);
+    pub(crate) fn land(&self, p: DVec3, normal: DVec3, reach: f64) -> (u32, DVec3) {
+        let nearest = self.index.closest(p);
         let found = if normal == DVec3::ZERO || self.agrees(nearest.face, normal) {
             nearest
         } else {
-            index.closest_where(p, nearest.distance + reach, |f| self.agrees(f, normal)).unwrap_or(nearest)
+            self.index.closest_where(p, nearest.distance + reach, |f| self.agrees(f, normal)).unwrap_or(nearest)
         };
         (found.face, found.position)
     }
 
-    /// The point nearest to `p` that a walk from face `from` finds: it goes on as long as it comes nearer, and stays
-    /// on the sheet and within the feature curves around `from`.
+    /// The point of the sheet around face `from` that is nearest to `p`: no further from it than `from` is, in a face that
+    /// agrees with `from` and that is reached from there over few cells and no feature curve.
     pub(crate) fn follow(&self, from: u32, p: DVec3) -> (u32, DVec3) {
-        let mesh = &self.surface.mesh;
         let up = self.normal(from);
-        let look = |face: u32| {
-            let position = closest_on_triangle(p, &mesh.triangle(face as usize)).1;
-            (p.distance_squared(position), position)
+        let own = closest_on_triangle(p, &self.surface.mesh.triangle(from as usize)).1;
+        let (distance, start) = (p.distance(own), self.cells.of(from));
+        let is_next = |cell: u32| cell == start || self.cells.neighbours(start).contains(&cell);
+        let nearest = self.index.closest_where(p, distance, |f| self.agrees(f, up));
+        let Some(nearest) = nearest else { return (from, own) };
+        if is_next(self.cells.of(nearest.face)) {
+            return (nearest.face, nearest.position);
+        }
+        let around = self.around(start, own, 2.0 * distance + self.scale);
+        let found = match around.contains(&self.cells.of(nearest.face)) {
+            true => Some(nearest),
+            false => {
+                let is_there = |f: u32| around.contains(&self.cells.of(f)) && self.agrees(f, up);
+                self.index.closest_where(p, distance, is_there)
+            }
         };
-        let (mut least, position) = look(from);
-        let mut best = (from, position);
-        let mut seen = Vec::with_capacity(64);
-        let mut frontier = Vec::with_capacity(64);
-        seen.push(from);
-        frontier.push((least, from));
-        let mut patience = PATIENCE;
-        while let Some(next) = (0..frontier.len()).min_by(|&i, &j| frontier[i].0.total_cmp(&frontier[j].0)) {
-            let (distance, face) = frontier.swap_remove(next);
-            if distance > least {
-                patience -= 1;
-                if patience == 0 {
-                    break;
+        found.map_or((from, own), |found| (found.face, found.position))
+    }
+
+    /// The cells that are reached from one over cells within a ball, at most `REACH`.
+    fn around(&self, start: u32, centre: DVec3, radius: f64) -> Vec<u32> {
+        let mut around = vec![start];
+        let mut next = 0;
+        while let Some(&cell) = around.get(next).filter(|_| around.len() < REACH) {
+            next += 1;
+            for &other in self.cells.neighbours(cell) {
+                let first = self.surface.mesh.triangle(self.cells.faces(other)[0] as usize);
+                let is_within = closest_on_triangle(centre, &first).1.distance(centre) <= radius;
+                if is_within && !around.contains(&other) {
+                    around.push(other);
                 }
-            }
-            if seen.len() > REACH {
-                break;
-            }
-            for h in 3 * face as usize..3 * face as usize + 3 {
-                let Some(twin) = mesh.twin(h).filter(|_| !self.barrier[h]) else { continue };
-                let across = (twin / 3) as u32;
-                if seen.contains(&across) {
-                    continue;
-                }
-                seen.push(across);
-                if !self.agrees(across, up) {
-                    continue;
-                }
-                let (distance, position) = look(across);
-                if distance < least {
-                    least = distance;
-                    best = (across, position);
-                    patience = PATIENCE;
-                }
-                frontier.push((distance, across));
             }
         }
-        best
+        around
     }
 }
 
@@ -119,12 +116,12 @@ fn smooth_normals(surface: &Surface, barrier: &[bool], scale: f64) -> Vec<DVec3>
     let rounds = if spacing_squared > 0.0 { 0.1 * scale * scale / spacing_squared } else { 0.0 };
     for _ in 0..rounds.clamp(0.0, ROUNDS) as usize {
         let last = normals.clone();
-        for (f, normal) in normals.iter_mut().enumerate() {
+        normals.par_iter_mut().enumerate().for_each(|(f, normal)| {
             for h in (3 * f..3 * f + 3).filter(|&h| !barrier[h]) {
                 *normal += mesh.twin(h).map_or(DVec3::ZERO, |t| last[t / 3]);
             }
             *normal *= 0.25;
-        }
+        });
     }
     normals.into_iter().enumerate().map(|(f, n)| n.try_normalize().unwrap_or_else(|| mesh.normal(f))).collect()
 }

@@ -3,7 +3,6 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::closest_on_triangle;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::QuadDraft;
@@ -54,7 +53,6 @@ impl<'a> State<'a> {
     /// Vertices that are `held` stay at their positions.
     pub(crate) fn new(
         sheet: &'a Sheet<'a>,
-        index: &SurfaceIndex,
         draft: &'a QuadDraft,
         held: &[bool],
         curves: Vec<Curve>,
@@ -93,7 +91,7 @@ impl<'a> State<'a> {
                     return None;
                 }
                 let own: DVec3 = corners.iter().map(|&c| normal(c as usize / 4)).sum();
-                Some(sheet.land(index, positions[v], own.normalize_or_zero(), reach))
+                Some(sheet.land(positions[v], own.normalize_or_zero(), reach))
             })
             .collect();
         for (v, landed) in landed.into_iter().enumerate() {
@@ -121,7 +119,7 @@ impl<'a> State<'a> {
                     Place::Sheet(face) => Some(face),
                     _ => None,
                 });
-                on_sheet.unwrap_or_else(|| sheet.land(index, centre(&p), area_vector(&p).normalize_or_zero(), reach).0)
+                on_sheet.unwrap_or_else(|| sheet.land(centre(&p), area_vector(&p).normalize_or_zero(), reach).0)
             })
             .collect();
         state.look_beneath();
