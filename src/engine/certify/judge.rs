@@ -27,7 +27,8 @@ const SURFACE_TURNS: f64 = -0.5;
 pub enum Defect {
     /// It has no area.
     ZeroArea,
-    /// Its area vector opposes the normal of the surface, averaged over its footprint.
+    /// Its area vector opposes the surface: the faces right beneath it do not all agree with it, and neither does the normal
+    /// averaged over its footprint.
     Flipped,
     /// One of its corners is straight or reflex: the least scaled Jacobian is not positive.
     Folded,
@@ -40,7 +41,8 @@ pub enum Defect {
 pub struct Stance {
     /// Twice the area vector: the cross product of the diagonals.
     pub area: DVec3,
-    /// The surface's unit normal, averaged over what lies within half an edge of the quad on its own sheet.
+    /// The surface's unit normal: of the faces right beneath the quad if all agree with it, else averaged over what lies
+    /// within half an edge of the quad on its own sheet.
     pub up: DVec3,
     /// The largest distance of the centre and the corners from the surface, in model units.
     pub distance: f64,
@@ -88,13 +90,11 @@ impl<'a> QuadJudge<'a> {
         let edge = (0..4).map(|k| corners[k].distance(corners[(k + 1) % 4])).sum::<f64>() / 4.0;
         let around = corners.iter().map(|p| p.distance(centre)).sum::<f64>() / 4.0;
         let ball = Ball { centre, radius: around + 0.5 * edge };
-        let start = self.sheet(own, &foot, feet, edge);
         let distance = feet.iter().map(|f| f.distance).fold(foot.distance, f64::max);
-        let is_in_face = distance <= SAME_PLACE * edge && self.face_in(own, &foot, edge).is_some();
-        let up = match is_in_face {
-            true => own,
-            false => self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.edge_length),
-        };
+        let up = self.up_beneath(own, &foot, feet, distance, edge).unwrap_or_else(|| {
+            let start = self.sheet(own, &foot, feet, edge);
+            self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.edge_length)
+        });
         let jacobian = scaled_jacobian(*corners);
         let diagonal = corners[0].distance_squared(corners[2]).max(corners[1].distance_squared(corners[3]));
         let defect = if area.length() <= NO_AREA * diagonal {
@@ -107,6 +107,24 @@ impl<'a> QuadJudge<'a> {
             (distance > FAR * self.edge_length).then_some(Defect::Far)
         };
         Stance { area, up, distance, jacobian, defect }
+    }
+
+    /// The mean normal of the faces right beneath a quad with this unit normal, where all of them agree with it: beneath its
+    /// centre and its corners, or only beneath its centre if it lies in the surface. Nothing else around matters then.
+    fn up_beneath(
+        &self,
+        own: DVec3,
+        foot: &SurfacePoint,
+        feet: &[SurfacePoint; 4],
+        distance: f64,
+        edge: f64,
+    ) -> Option<DVec3> {
+        let all = std::iter::once(foot).chain(feet).map(|f| self.index.normal(f.face));
+        if all.clone().all(|n| n.dot(own) > TELLING) {
+            return Some(all.sum::<DVec3>().normalize_or_zero());
+        }
+        let face = self.face_in(own, foot, edge).filter(|_| distance <= SAME_PLACE * edge)?;
+        Some(self.index.normal(face))
     }
 
     /// A face of the sheet that a quad with this unit normal lies on: of the faces nearest to its centre and its corners

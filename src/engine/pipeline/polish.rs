@@ -77,17 +77,21 @@ impl Polisher<'_> {
     }
 
     /// Quads whose certificate passes, if there are any: relaxed; or as they came, because where the surface is folded below
-    /// the size of the quads moving them does more harm than good.
+    /// the size of the quads moving them does more harm than good. Those that only stand by are taken as they came.
     fn valid(&self, draft: &QuadDraft, regularity: Regularity, depth: Depth) -> Result<Judged, Cancelled> {
-        let relaxed = match (regularity, depth) {
-            (Regularity::Irregular, Depth::Best) => self.reconnected(draft.clone())?,
-            _ => self.relaxed(draft.clone(), Vec::new())?,
+        let plain = |best: Option<Judged>| {
+            let plain = self.mended(draft.clone())?;
+            Ok(best.into_iter().fold(plain, Judged::max_by_quality))
+        };
+        if depth == Depth::Valid {
+            return plain(None);
+        }
+        let relaxed = match regularity {
+            Regularity::Regular => self.relaxed(draft.clone(), Vec::new())?,
+            Regularity::Irregular => self.reconnected(draft.clone())?,
         };
         let best = self.mended(relaxed)?;
-        if best.is_certified() {
-            return Ok(best);
-        }
-        Ok(self.mended(draft.clone())?.max_by_quality(best))
+        if best.is_certified() { Ok(best) } else { plain(Some(best)) }
     }
 
     fn judged(&self, draft: QuadDraft) -> Result<Judged, Cancelled> {

@@ -10,9 +10,9 @@ use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::closest_on_triangle;
 
 /// Radius of the cells that lead from place to place, in quad edges.
-const CELL: f64 = 0.125;
+const CELL: f64 = 0.25;
 /// Most cells that one step looks at: those of a disc of two quad edges.
-const REACH: usize = 200;
+const REACH: usize = 64;
 /// Faces whose normals agree less than this (cosine) belong to another sheet.
 const SAME_SHEET: f64 = 0.3;
 /// Most rounds of averaging of the normals.
@@ -79,7 +79,7 @@ impl<'a> Sheet<'a> {
         if is_next(self.cells.of(nearest.face)) {
             return (nearest.face, nearest.position);
         }
-        let around = self.around(start, own, 2.0 * distance + self.scale);
+        let around = self.around(start, own, 2.0 * distance + self.scale, self.cells.of(nearest.face));
         let found = match around.contains(&self.cells.of(nearest.face)) {
             true => Some(nearest),
             false => {
@@ -90,8 +90,9 @@ impl<'a> Sheet<'a> {
         found.map_or((from, own), |found| (found.face, found.position))
     }
 
-    /// The cells that are reached from one over cells within a ball, at most `REACH`.
-    fn around(&self, start: u32, centre: DVec3, radius: f64) -> Vec<u32> {
+    /// The cells that are reached from one over cells within a ball, nearest by steps first: up to a wanted one, or at most
+    /// `REACH`.
+    fn around(&self, start: u32, centre: DVec3, radius: f64, wanted: u32) -> Vec<u32> {
         let mut around = vec![start];
         let mut next = 0;
         while let Some(&cell) = around.get(next).filter(|_| around.len() < REACH) {
@@ -101,6 +102,9 @@ impl<'a> Sheet<'a> {
                 let is_within = closest_on_triangle(centre, &first).1.distance(centre) <= radius;
                 if is_within && !around.contains(&other) {
                     around.push(other);
+                    if other == wanted {
+                        return around;
+                    }
                 }
             }
         }
