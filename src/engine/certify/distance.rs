@@ -1,5 +1,6 @@
 //! Sampled distances between the quads and the surface.
 
+use crate::engine::certify::Defect;
 use crate::engine::certify::shape::corners;
 use crate::engine::mesh::{SurfaceIndex, TriMesh};
 use crate::engine::quad::QuadMesh;
@@ -24,7 +25,7 @@ pub(super) struct Distances {
     pub(super) farthest: Option<DVec3>,
     /// Mean distance of the samples on the quads' area to the surface.
     pub(super) mean: f64,
-    /// Samples of the surface beyond the limit of their face, and the quad nearest to them; in order of quads, of each
+    /// Samples of the surface beyond the limit of their face and of the quad nearest to them, and that quad; in order of quads, of each
     /// quad the furthest.
     pub(super) far: Vec<(u32, DVec3)>,
 }
@@ -66,13 +67,19 @@ pub(super) fn measure(
     heed(&over_area, &of_area);
     let others =
         [(surface_index, vertices(quads)), (quad_index, samples(surface, n, 2)), (quad_index, vertices(surface))];
+    // Each of the four triangles of a quad has one of its sides as its first.
+    let side = |f: usize| quads.triangle(f)[0].distance(quads.triangle(f)[1]);
+    let edge = |quad: u32| 0.25 * (4 * quad as usize..4 * quad as usize + 4).map(side).sum::<f64>();
     let mut far: Vec<(u32, f64, DVec3)> = Vec::new();
     for (i, (index, points)) in others.into_iter().enumerate() {
         let found = distances(&ctx.part(1 + i, 4), index, &points)?;
         heed(&points, &found);
         if i > 0 {
             // Four triangles make a quad, in order.
-            let beyond = points.iter().zip(&found).filter(|(point, found)| found.0 > limit(point.1));
+            let beyond = points
+                .iter()
+                .zip(&found)
+                .filter(|(point, found)| found.0 > limit(point.1) && found.0 > Defect::far(edge(found.1 / 4)));
             far.extend(beyond.map(|(&(p, _), &(d, face))| (face / 4, d, p)));
         }
     }

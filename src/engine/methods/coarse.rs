@@ -1,7 +1,9 @@
 //! Quads from a coarse triangle mesh: a remesh of the right density, its triangles taken as polygons, one subdivision.
 
-use crate::engine::mesh::remesh::remesh_with_middles;
-use crate::engine::mesh::{IsotropicOptions, Surface, remesh_isotropic};
+use crate::engine::mesh::remesh::{LocalSize, remesh_with_middles};
+use glam::DVec3;
+
+use crate::engine::mesh::{IsotropicOptions, Surface};
 use crate::engine::methods::subdivide::{Polygon, subdivide};
 use crate::engine::methods::{Parameter, Parameters, Range, Value};
 use crate::engine::problem::Problem;
@@ -46,6 +48,8 @@ pub(super) fn coarse_quads(
         return Ok(subdivide(surface, &polygons(ctx, surface)?, &surface.features.corners, &[]));
     }
     let is_loose = parameters.get(&FIDELITY) == Value::Choice("loose");
+    let local = |p: DVec3| problem.log_size_at(p).exp();
+    let size: Option<LocalSize<'_>> = if problem.is_even() { None } else { Some(&local) };
     let target = quads.max(1.0);
     let triangles = target / quads_per_triangle;
     // Edges come out shorter than asked for by about this much.
@@ -63,14 +67,14 @@ pub(super) fn coarse_quads(
             strict: !is_loose,
             ..IsotropicOptions::dense(0.3 * edge)
         };
-        base = remesh_isotropic(&ctx.span(0.0, 0.3), surface, index, &first)?;
+        base = remesh_with_middles(&ctx.span(0.0, 0.3), surface, index, &first, size)?.surface;
         start = &base;
     }
     let ctx = ctx.span(0.3, 1.0);
     let mut best: Option<(f64, QuadDraft)> = None;
     for _ in 0..TRIES {
         let ctx = ctx.attempt(0.6);
-        let coarse = remesh_with_middles(&ctx, start, index, &options(edge))?;
+        let coarse = remesh_with_middles(&ctx, start, index, &options(edge), size)?;
         let polygons = polygons(&ctx, &coarse.surface)?;
         let draft = subdivide(&coarse.surface, &polygons, &surface.features.corners, &coarse.curve_middles);
         let ratio = draft.mesh.quads.len() as f64 / target;

@@ -20,6 +20,7 @@ mod rounding;
 mod sizing;
 mod solve;
 mod spec;
+mod sure;
 mod symmetry;
 #[cfg(test)]
 mod tests;

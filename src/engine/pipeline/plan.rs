@@ -3,10 +3,9 @@
 
 use glam::DVec3;
 
-use crate::engine::methods::Method;
 use crate::engine::pipeline::attempt::Attempt;
 use crate::engine::pipeline::costs::{Draft, Size, plan_of_try};
-use crate::engine::pipeline::remedies::{Case, Diagnosis, REMEDIES};
+use crate::engine::pipeline::remedies::{Case, Diagnosis, REMEDIES, Uses};
 use crate::engine::pipeline::spec::Effort;
 use crate::engine::problem::{Optimise, Problem};
 use crate::engine::run::{Budget, Cancelled, Plan as Costs, RunContext, Stage};
@@ -33,6 +32,8 @@ pub(super) struct Plan {
     last: Option<(Attempt, Diagnosis, usize)>,
     /// Fewest places that failed after an attempt with the base.
     fewest: usize,
+    /// Whether the last attempt had smaller quads at some places, and fewer places failed.
+    smaller_helped: bool,
 }
 
 /// What an attempt is expected to cost.
@@ -46,17 +47,22 @@ pub(super) fn costs(attempt: &Attempt) -> Costs {
     plan_of_try(&size, draft)
 }
 
-/// Whether an attempt is so cheap that no budget counts it: it goes through no stage of a map.
-fn is_cheap(method: &dyn Method) -> bool {
-    method.stages().iter().all(|stage| *stage == Stage::Fallback)
-}
-
 impl Plan {
     pub(super) fn new(asked: Attempt, effort: Effort, may_give_up: bool) -> Self {
         let budget = Budget::of(factor(effort) * costs(&asked).total());
         let base = asked.problem.clone();
         let used = vec![false; REMEDIES.len()];
-        Self { asked, base, places: Vec::new(), may_give_up, budget, used, last: None, fewest: usize::MAX }
+        Self {
+            asked,
+            base,
+            places: Vec::new(),
+            may_give_up,
+            budget,
+            used,
+            last: None,
+            fewest: usize::MAX,
+            smaller_helped: false,
+        }
     }
 
     /// The next attempt; `None` if nothing more is worth trying or nothing is left to try.
@@ -70,7 +76,8 @@ impl Plan {
             return Ok(Some(first));
         };
         for (remedy, used) in REMEDIES.iter().zip(&mut self.used) {
-            if *used || !remedy.helps.contains(diagnosis) {
+            let is_spent = *used && !(remedy.uses == Uses::WhileItHelps && self.smaller_helped);
+            if is_spent || !remedy.helps.contains(diagnosis) {
                 continue;
             }
             let case = Case {
@@ -82,7 +89,7 @@ impl Plan {
                 may_give_up: self.may_give_up,
             };
             let Some(attempt) = (remedy.attempt)(ctx, &case)? else { continue };
-            let cost = if is_cheap(attempt.method.0) { 0.0 } else { costs(&attempt).total() };
+            let cost = costs(&attempt).total();
             *used = true;
             if self.budget.allows(cost) {
                 self.budget.spend(cost);
@@ -95,7 +102,8 @@ impl Plan {
     /// Notes what was wrong with an attempt, and where. Smaller quads at some places stay where that left fewer of them.
     pub(super) fn learn(&mut self, attempt: &Attempt, diagnosis: Diagnosis, places: &[DVec3]) {
         let is_refined = attempt.problem.refined.len() > self.base.refined.len();
-        if is_refined && places.len() < self.fewest {
+        self.smaller_helped = is_refined && places.len() < self.fewest;
+        if self.smaller_helped {
             self.base.refined = attempt.problem.refined.clone();
             self.places = places.to_vec();
         } else {

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::engine::mesh::small_handles;
-use crate::engine::methods::{Method, MethodRef, Parameters, TrianglePairs, TriangleSplit, Value};
 use crate::engine::pipeline::attempt::Attempt;
 use crate::engine::problem::{Boundary, Optimise, Problem, RefinementPoint};
 use crate::engine::run::{Cancelled, RunContext};
@@ -47,61 +46,48 @@ pub(super) struct Remedy {
     /// For which diagnoses.
     pub(super) helps: &'static [Diagnosis],
     pub(super) attempt: fn(&RunContext, &Case<'_>) -> Result<Option<Attempt>, Cancelled>,
+    /// How often.
+    pub(super) uses: Uses,
+}
+
+/// How often a remedy is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Uses {
+    Once,
+    /// Again if the last use left fewer places that fail.
+    WhileItHelps,
 }
 
 use Diagnosis::{Folded, Global, Incomplete, Local, NoQuads, Nothing};
 
-/// The remedies, best first; each is used once. Features near failed quads are detail below the size of the quads, and go
-/// before the field does; all of them go before the method does only where pairs of triangles could not keep them either.
+/// The remedies, best first; each is used once, smaller quads as long as they help. Features near failed quads are detail
+/// below the size of the quads, and go before the field does; all of them go before the method does.
 pub(super) const REMEDIES: &[Remedy] = &[
-    Remedy { helps: &[Folded, Incomplete, Local, Global, NoQuads, Nothing], attempt: aligned_boundary },
-    Remedy { helps: &[Folded, Incomplete, Local, Global, NoQuads, Nothing], attempt: refined },
-    Remedy { helps: &[Folded], attempt: |_, case| Ok(without_features_within(case, 0.75)) },
-    Remedy { helps: &[Local, Global, NoQuads], attempt: |_, case| Ok(without_features_within(case, 1.5)) },
-    Remedy { helps: &[Incomplete, Local, Global, NoQuads], attempt: smoother },
-    Remedy { helps: &[Local, Global, NoQuads], attempt: |_, case| Ok(without_features_within(case, 4.0)) },
-    Remedy { helps: &[Global, NoQuads], attempt: |_, case| Ok(finer(case, 0.7)) },
-    Remedy { helps: UNCERTIFIED, attempt: featureless },
     Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(other_bare(&TrianglePairs, case, STRICT, "pairs of triangles without features")),
+        helps: &[Folded, Incomplete, Local, Global, NoQuads, Nothing],
+        attempt: aligned_boundary,
+        uses: Uses::Once,
     },
     Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(Some(other(&TriangleSplit, case.base, STRICT, "split triangles"))),
+        helps: &[Folded, Incomplete, Local, Global, NoQuads, Nothing],
+        attempt: refined,
+        uses: Uses::WhileItHelps,
     },
+    Remedy { helps: &[Folded], attempt: |_, case| Ok(without_features_within(case, 0.75)), uses: Uses::Once },
     Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(Some(other(&TrianglePairs, case.base, LOOSE, "pairs of triangles, loosely"))),
+        helps: &[Local, Global, NoQuads],
+        attempt: |_, case| Ok(without_features_within(case, 1.5)),
+        uses: Uses::Once,
     },
+    Remedy { helps: &[Incomplete, Local, Global, NoQuads], attempt: smoother, uses: Uses::Once },
     Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(other_bare(&TrianglePairs, case, LOOSE, "pairs of triangles without features, loosely")),
+        helps: &[Local, Global, NoQuads],
+        attempt: |_, case| Ok(without_features_within(case, 4.0)),
+        uses: Uses::Once,
     },
-    Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(other_bare(&TriangleSplit, case, STRICT, "split triangles without features")),
-    },
-    Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(other_bare(&TriangleSplit, case, LOOSE, "split triangles without features, loosely")),
-    },
-    Remedy { helps: UNCERTIFIED, attempt: |_, case| Ok(Some(small(case, 0.5, STRICT))) },
-    Remedy { helps: UNCERTIFIED, attempt: |_, case| Ok(Some(small(case, 0.25, STRICT))) },
-    Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(Some(other(&TriangleSplit, case.base, EXACT, "split triangles of the input"))),
-    },
-    Remedy {
-        helps: UNCERTIFIED,
-        attempt: |_, case| Ok(other_bare(&TriangleSplit, case, EXACT, "split triangles of the input without features")),
-    },
+    Remedy { helps: &[Global, NoQuads], attempt: |_, case| Ok(finer(case, 0.7)), uses: Uses::Once },
+    Remedy { helps: &[Local, Global, NoQuads], attempt: featureless, uses: Uses::Once },
 ];
-
-const UNCERTIFIED: &[Diagnosis] = &[Local, Global, NoQuads, Nothing];
-const STRICT: &str = "strict";
-const LOOSE: &str = "loose";
-const EXACT: &str = "exact";
 
 /// Handles with loops shorter than so many quad edges get smaller quads where a map or its quads failed,
 const SMALL_HANDLE: f64 = 3.0;
@@ -142,7 +128,8 @@ fn refined(ctx: &RunContext, case: &Case<'_>) -> Result<Option<Attempt>, Cancell
     };
     let size = |girth: f64| (girth / (QUADS_AROUND * edge_length)).max(SMALLEST);
     let handles = handles.iter().map(|handle| RefinementPoint { at: handle.centre, size: size(handle.girth) });
-    let refined = case.base.refined_at(case.places.iter().map(|&p| p.into()).chain(handles));
+    let halved = case.base.halved_at(case.places, SMALLEST);
+    let refined = halved.as_ref().unwrap_or(case.base).refined_at(handles).or(halved);
     Ok(refined.map(|problem| {
         let optimise = case.asked.problem.wishes.optimise;
         let mut attempt = again(case, problem, "with smaller quads at some places");
@@ -175,33 +162,6 @@ fn finer(case: &Case<'_>, factor: f64) -> Option<Attempt> {
 
 /// The method without any features inside the surface.
 fn featureless(_: &RunContext, case: &Case<'_>) -> Result<Option<Attempt>, Cancelled> {
-    let problem = case.base.without_features().filter(|_| case.may_give_up && case.diagnosis != Nothing);
+    let problem = case.base.without_features().filter(|_| case.may_give_up);
     Ok(problem.map(|problem| again(case, problem, "without features")))
-}
-
-/// Another method on the same problem.
-fn other(method: &'static dyn Method, problem: &Problem, fidelity: &'static str, change: &'static str) -> Attempt {
-    let mut parameters = Parameters::default();
-    let is_known = parameters.set(method.parameters(), "fidelity", Value::Choice(fidelity));
-    debug_assert!(is_known);
-    let mut problem = problem.clone();
-    problem.wishes.boundary = Boundary::Align;
-    Attempt { method: MethodRef(method), parameters, problem, change }
-}
-
-fn other_bare(
-    method: &'static dyn Method,
-    case: &Case<'_>,
-    fidelity: &'static str,
-    change: &'static str,
-) -> Option<Attempt> {
-    let problem = case.base.without_features().filter(|_| case.may_give_up)?;
-    Some(other(method, &problem, fidelity, change))
-}
-
-/// Split triangles of a part of the edge length: thin places need them. Features go if they may.
-fn small(case: &Case<'_>, factor: f64, fidelity: &'static str) -> Attempt {
-    let problem = case.base.with_edges_times(factor);
-    let bare = problem.without_features().filter(|_| case.may_give_up);
-    other(&TriangleSplit, &bare.unwrap_or(problem), fidelity, "many split triangles")
 }

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use glam::DVec3;
 
 use crate::engine::mesh::Features;
-use crate::engine::methods::{Cuboid, Level, MapProduct, Method, MethodRef, Parameters, TrianglePairs, TriangleSplit};
+use crate::engine::methods::{Cuboid, Level, MapProduct, MethodRef, Parameters};
 use crate::engine::pipeline::attempt::{Attempt, Extracted, NoQuads};
 use crate::engine::pipeline::costs::FIRST_TRY;
 use crate::engine::pipeline::judged::Judged;
@@ -13,6 +13,7 @@ use crate::engine::pipeline::plan::{Plan, costs};
 use crate::engine::pipeline::polish::{Depth, Polisher};
 use crate::engine::pipeline::remedies::{Diagnosis, has_boundary};
 use crate::engine::pipeline::spec::RemeshSpec;
+use crate::engine::pipeline::sure::{AT_THE_DEADLINE, Keep, STANDBY, SURE, Sure};
 use crate::engine::problem::{Boundary, Problem};
 use crate::engine::quad::QuadDraft;
 use crate::engine::run::{Cancelled, RunContext, StopReason, Warning, WarningKind};
@@ -49,8 +50,16 @@ pub(super) fn solve(
     spec: &RemeshSpec,
 ) -> Result<Result<Solution, String>, Cancelled> {
     let method = if is_box(problem) { MethodRef(&Cuboid) } else { spec.method };
-    let mut search =
-        Search { whole: problem, spec, method, best: None, map: None, warnings: Vec::new(), causes: Vec::new() };
+    let mut search = Search {
+        whole: problem,
+        spec,
+        method,
+        best: None,
+        map: None,
+        warnings: Vec::new(),
+        causes: Vec::new(),
+        sure: 0,
+    };
     match search.run(ctx) {
         Err(stop @ Cancelled(StopReason::Deadline)) => search.cut(ctx, stop)?,
         done => done?,
@@ -61,13 +70,6 @@ pub(super) fn solve(
 /// Where the method asked for may need more than this share of the time, a sure method is asked first: a prediction from
 /// sizes is within about a factor of two.
 const SAFE_SHARE: f64 = 0.5;
-
-/// An attempt of a sure method.
-fn substitute(method: &'static dyn Method, whole: &Problem, change: &'static str) -> Attempt {
-    let mut problem = whole.clone();
-    problem.wishes.boundary = Boundary::Align;
-    Attempt { method: MethodRef(method), parameters: Parameters::default(), problem, change }
-}
 
 /// Fewer quads than a box of two by two on each side leave the integers of a map no choice.
 const QUADS_OF_MAP: f64 = 24.0;
@@ -90,6 +92,8 @@ struct Search<'a> {
     warnings: Vec<Warning>,
     /// Why attempts failed, in order.
     causes: Vec<String>,
+    /// How many of the sure methods were asked.
+    sure: usize,
 }
 
 impl Search<'_> {
@@ -105,35 +109,66 @@ impl Search<'_> {
             change: "as asked for",
         };
         let is_long = costs(&asked).total() > SAFE_SHARE * self.spec.time_limit;
-        let mut has_substitute = asked.method == MethodRef(&TrianglePairs);
-        // Features that the user named are never given up.
-        let mut plan = Plan::new(asked, self.spec.effort, self.spec.features.edges.is_empty());
+        let mut plan = Plan::new(asked, self.spec.effort, self.may_give_up());
         let mut is_first = true;
         while let Some(attempt) = plan.next(ctx)? {
-            // Whatever takes long has something to fall back upon when the deadline cuts it.
-            if !has_substitute && (is_long || !is_first) && !self.is_certified() {
-                self.attempt(ctx, &substitute(&TrianglePairs, self.whole, "before what may take long"), Depth::Valid)?;
-                has_substitute = true;
+            // While something takes long, something certified stands by for the deadline.
+            if is_long || !is_first {
+                self.stand_by(ctx, STANDBY)?;
             }
             is_first = false;
-            if attempt.method != self.method && self.is_certified() {
-                break;
-            }
             let (diagnosis, places) = self.attempt(ctx, &attempt, Depth::Best)?;
             if diagnosis == Diagnosis::Complete {
                 break;
             }
             plan.learn(&attempt, diagnosis, &places);
         }
-        self.finish(ctx)
+        self.settle(ctx)
     }
 
-    /// Quads that only stood by are polished after all where nothing better came.
-    fn finish(&mut self, ctx: &RunContext) -> Result<(), Cancelled> {
+    /// Asks the first so many sure methods that were not asked yet until there is something certified: each again with
+    /// smaller quads where it failed.
+    fn stand_by(&mut self, ctx: &RunContext, methods: usize) -> Result<(), Cancelled> {
+        while self.sure < methods && !self.is_certified() {
+            self.ask(ctx, &SURE[self.sure])?;
+        }
+        Ok(())
+    }
+
+    /// Asks the next sure method, and again with smaller quads where it failed as long as that leaves half the places.
+    fn ask(&mut self, ctx: &RunContext, sure: &Sure) -> Result<(), Cancelled> {
+        self.sure += 1;
+        let mut next = sure.attempt(self.whole, self.may_give_up());
+        let mut most = usize::MAX;
+        while let Some(attempt) = next.take() {
+            let (diagnosis, places) = self.attempt(ctx, &attempt, Depth::Valid)?;
+            if matches!(diagnosis, Diagnosis::Local) && places.len() <= most {
+                most = places.len() / 2;
+                next = sure.again(&attempt, &places);
+            }
+        }
+        Ok(())
+    }
+
+    /// The best that there is where no attempt of the method asked for was certified: from any sure method, those that miss
+    /// the count only if all do, and polished after all.
+    fn settle(&mut self, ctx: &RunContext) -> Result<(), Cancelled> {
+        let misses = |best: &Candidate| best.judged.quality.is_substitute && best.judged.quality.misses_count;
+        while let Some(sure) = SURE.get(self.sure) {
+            if self.is_certified() && (sure.is_exact() || !self.best.as_ref().is_some_and(misses)) {
+                break;
+            }
+            self.ask(ctx, sure)?;
+        }
         match self.best.as_ref().filter(|best| best.judged.is_certified() && best.depth == Depth::Valid) {
-            Some(standby) => self.attempt(ctx, &standby.attempt.clone(), Depth::Best).map(|_| ()),
+            Some(best) => self.attempt(ctx, &best.attempt.clone(), Depth::Best).map(|_| ()),
             None => Ok(()),
         }
+    }
+
+    /// Features that the user named never are given up.
+    fn may_give_up(&self) -> bool {
+        self.spec.features.edges.is_empty()
     }
 
     fn is_certified(&self) -> bool {
@@ -206,9 +241,10 @@ impl Search<'_> {
         }
         let effect = "there was no time for better quads than split triangles".to_owned();
         self.warnings.push(WarningKind::Deadline { effect }.into());
-        let bare = self.whole.without_features().filter(|_| self.spec.features.edges.is_empty());
-        for problem in std::iter::once(self.whole.clone()).chain(bare) {
-            self.attempt(&ctx.late(), &substitute(&TriangleSplit, &problem, "at the deadline"), Depth::Valid)?;
+        for features in [Keep::All, Keep::None] {
+            let sure = Sure { features, ..*AT_THE_DEADLINE };
+            let Some(attempt) = sure.attempt(self.whole, self.may_give_up()) else { continue };
+            self.attempt(&ctx.late(), &attempt, Depth::Valid)?;
             if self.is_certified() {
                 return Ok(());
             }
@@ -223,7 +259,7 @@ impl Search<'_> {
         if attempt.method != method {
             warnings.push(WarningKind::Fallback { level: level as u8 }.into());
         }
-        if own.is_none() && !(whole.is_even() && whole.strokes.is_empty()) {
+        if own.is_none() && !whole.strokes.is_empty() {
             warnings.push(WarningKind::GuidanceIgnored {}.into());
         }
         if let Some(triangles) = own.as_ref().and_then(|map| map.search_left_out) {

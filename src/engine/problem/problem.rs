@@ -39,6 +39,13 @@ impl Problem {
         (refined.len() > self.refined.len()).then(|| Self { refined: refined.into(), ..self.clone() })
     }
 
+    /// The same problem with quads half as large as so far around some places, but not below the size `least` (relative to
+    /// the edge length); `None` if that changes nothing.
+    pub fn halved_at(&self, places: &[DVec3], least: f64) -> Option<Self> {
+        let halved = |&at: &DVec3| RefinementPoint { at, size: 0.5 * self.refined_to(at) };
+        self.refined_at(places.iter().map(halved).filter(|place| place.size >= least))
+    }
+
     /// The same problem with quads of `factor` times the edge length.
     pub fn with_edges_times(&self, factor: f64) -> Self {
         let (edge_length, quads) = (self.edge_length * factor, self.quads / (factor * factor));
@@ -52,8 +59,12 @@ impl Problem {
 
     /// Logarithm of the size of quads at a point near the surface, relative to the edge length.
     pub fn log_size_at(&self, p: DVec3) -> f64 {
-        let size = size_at(&self.surface.mesh, &self.index, &self.log_size, p);
+        size_at(&self.surface.mesh, &self.index, &self.log_size, p) + self.refined_to(p).ln()
+    }
+
+    /// The size that refinement leaves at a point, relative to the edge length, at most 1.
+    fn refined_to(&self, p: DVec3) -> f64 {
         let around = |place: &RefinementPoint| place.size_at(place.at.distance(p) / self.edge_length);
-        size + self.refined.iter().map(around).fold(1.0, f64::min).ln()
+        self.refined.iter().map(around).fold(1.0, f64::min)
     }
 }

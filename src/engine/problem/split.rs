@@ -164,6 +164,10 @@ mod tests {
         let sizes = [0.0, 0.9, 2.0, 3.0].map(|d| denser.log_size_at(corner + d * along).exp());
         let wanted = [0.5, 0.5, 0.8, 1.0];
         assert!(sizes.iter().zip(wanted).all(|(s, w)| (s - w).abs() < 1e-9), "{sizes:?} of {side}");
+        // Half as large as so far, but no smaller than the least.
+        let finer = denser.halved_at(&[corner], 0.2).unwrap();
+        assert!((finer.log_size_at(corner).exp() - 0.25).abs() < 1e-9);
+        assert!(finer.halved_at(&[corner], 0.2).is_none() && finer.halved_at(&[], 0.0).is_none());
         // What was asked for besides is kept.
         let log_size = vec![0.7; cube.vertices.len()];
         let larger = Problem { log_size, ..denser };

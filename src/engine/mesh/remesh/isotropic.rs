@@ -55,6 +55,9 @@ impl IsotropicOptions {
     }
 }
 
+/// Sizes relative to the edge length aimed at, for points near the surface.
+pub(in crate::engine) type LocalSize<'a> = &'a (dyn Fn(DVec3) -> f64 + Sync);
+
 /// Cosine of the angle to the original surface from which on a triangle is refused, unless it was worse before.
 const LEAST_AGREEMENT: f64 = 0.3;
 /// Triangles that agree with the surface's normals better than this are believed to lie close to it.
@@ -72,7 +75,7 @@ pub fn remesh_isotropic(
     original: &SurfaceIndex,
     options: &IsotropicOptions,
 ) -> Result<Surface, Cancelled> {
-    Ok(remesh_with_middles(ctx, surface, original, options)?.surface)
+    Ok(remesh_with_middles(ctx, surface, original, options, None)?.surface)
 }
 
 /// [`remesh_isotropic`], and where the curves are between the ends of their edges.
@@ -81,8 +84,9 @@ pub(in crate::engine) fn remesh_with_middles(
     surface: &Surface,
     original: &SurfaceIndex,
     options: &IsotropicOptions,
+    size: Option<LocalSize<'_>>,
 ) -> Result<Edited, Cancelled> {
-    let mut work = Remesher::new(ctx, surface, original, *options);
+    let mut work = Remesher::new(ctx, surface, original, *options, size);
     // Much too fine inputs lose most of their edges here, the shortest first, at the price of a few sweeps.
     for (i, fraction) in [0.125, 0.25, 0.5].into_iter().enumerate() {
         ctx.advance(0.1 * i as f64);
@@ -104,18 +108,24 @@ pub(in crate::engine) fn remesh_with_middles(
 }
 
 /// The state of one remeshing.
-#[derive(Debug)]
 pub(super) struct Remesher<'a> {
     pub(super) ctx: &'a RunContext,
     pub(super) mesh: EditMesh,
     pub(super) original: &'a SurfaceIndex,
     pub(super) options: IsotropicOptions,
+    size: Option<LocalSize<'a>>,
     /// Normal of the original surface at each vertex; zero on curves and at corners, where there is not one.
     pub(super) normals: Vec<DVec3>,
 }
 
 impl<'a> Remesher<'a> {
-    fn new(ctx: &'a RunContext, surface: &Surface, original: &'a SurfaceIndex, options: IsotropicOptions) -> Self {
+    fn new(
+        ctx: &'a RunContext,
+        surface: &Surface,
+        original: &'a SurfaceIndex,
+        options: IsotropicOptions,
+        size: Option<LocalSize<'a>>,
+    ) -> Self {
         let mesh = EditMesh::new(surface);
         let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
         for f in 0..mesh.faces.len() {
@@ -127,14 +137,30 @@ impl<'a> Remesher<'a> {
             let has_none = mesh.fixed[v] || mesh.on_curve[v];
             *normal = if has_none { DVec3::ZERO } else { normal.normalize_or_zero() };
         }
-        Self { ctx, mesh, original, options, normals }
+        Self { ctx, mesh, original, options, size, normals }
+    }
+
+    /// Size at a point relative to what the options say.
+    pub(super) fn size_at(&self, p: DVec3) -> f64 {
+        self.size.map_or(1.0, |size| size(p))
+    }
+
+    /// How far triangles may stray at a point.
+    pub(super) fn tolerance_at(&self, p: DVec3) -> f64 {
+        self.options.tolerance * self.size_at(p)
     }
 
     fn split_long_edges(&mut self) -> Result<(), Cancelled> {
         let first_new = self.mesh.positions.len();
         let longest = 4.0 / 3.0 * self.options.target_edge;
-        let mut parent = vec![0; self.mesh.faces.len()];
-        bisect(self.ctx, &mut self.mesh, &mut parent, |_| longest, self.options.max_faces)?;
+        let mut parent: Vec<u32> = (0..self.mesh.faces.len() as u32).collect();
+        let at = |v: u32| self.size_at(self.mesh.position(v));
+        let size = |f: usize| self.mesh.faces[f].map(at).into_iter().fold(f64::INFINITY, f64::min);
+        let local: Vec<f64> = match self.size {
+            Some(_) => (0..parent.len()).map(|f| if self.mesh.is_alive(f) { size(f) } else { 1.0 }).collect(),
+            None => vec![1.0; parent.len()],
+        };
+        bisect(self.ctx, &mut self.mesh, &mut parent, |f| longest * local[f as usize], self.options.max_faces)?;
         self.normals.resize(self.mesh.positions.len(), DVec3::ZERO);
         let mut fan = Vec::new();
         for v in first_new as u32..self.mesh.positions.len() as u32 {
@@ -150,7 +176,8 @@ impl<'a> Remesher<'a> {
 
     /// Whether an edge between `t0` and `t1` can stand for its curve.
     pub(super) fn follows_curve(&self, s: u32, t0: f64, t1: f64) -> bool {
-        let (curves, tolerance) = (&self.mesh.curves, self.options.tolerance);
+        let curves = &self.mesh.curves;
+        let tolerance = self.tolerance_at(curves.point(s, 0.5 * (t0 + t1)));
         if !self.options.halved_curves {
             return curves.chord_is_close(s, t0, t1, tolerance);
         }
@@ -206,7 +233,7 @@ impl<'a> Remesher<'a> {
             let least = least.max(0.1);
             let near = self
                 .original
-                .closest_where(centre, self.options.tolerance, |f| self.original.normal(f).dot(new.unit) > least);
+                .closest_where(centre, self.tolerance_at(centre), |f| self.original.normal(f).dot(new.unit) > least);
             return near.is_some();
         }
         true

@@ -13,6 +13,6 @@ mod tests;
 mod working;
 
 pub(in crate::engine::mesh) use edit::EditMesh;
-pub(in crate::engine) use isotropic::remesh_with_middles;
 pub use isotropic::{IsotropicOptions, remesh_isotropic};
+pub(in crate::engine) use isotropic::{LocalSize, remesh_with_middles};
 pub use working::{graded_working_mesh, working_mesh};

@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use crate::engine::mesh::remesh::edit::EditMesh;
 use crate::engine::mesh::remesh::samples::{self, feature_length, flags_per_face};
-use crate::engine::mesh::remesh::{IsotropicOptions, remesh_isotropic};
+use crate::engine::mesh::remesh::{IsotropicOptions, remesh_isotropic, remesh_with_middles};
 use crate::engine::mesh::{Surface, SurfaceIndex};
 use crate::engine::run::{Cancelled, RunContext, StopReason};
 
@@ -156,5 +156,28 @@ fn any_sequence_of_operations_keeps_the_tables_and_the_topology() {
         let after = mesh.finish().unwrap().surface;
         assert_eq!(after.mesh.topology(), surface.mesh.topology(), "{name}");
         assert_eq!(corners(&after), corners(&surface), "{name}");
+    }
+}
+
+#[test]
+fn edges_follow_the_size_around_them() {
+    let sphere = samples::ball(5, |_| 1.0);
+    let index = SurfaceIndex::new(&sphere.mesh);
+    let top = DVec3::Z * sphere.mesh.positions().iter().map(|p| p.z).fold(0.0, f64::max);
+    let size = |p: DVec3| (0.25 + 0.5 * (p.distance(top) - 0.3).max(0.0)).min(1.0);
+    let options = IsotropicOptions::coarse(0.3);
+    let graded = remesh_with_middles(&RunContext::silent(), &sphere, &index, &options, Some(&size)).unwrap().surface;
+    assert_eq!(graded.mesh.topology(), sphere.mesh.topology());
+    let mesh = &graded.mesh;
+    let ratio = |h: usize| {
+        let (p, q) = (mesh.position(mesh.origin(h)), mesh.position(mesh.target(h)));
+        (p.z, p.distance(q) / (0.3 * size(0.5 * (p + q))))
+    };
+    let ratios: Vec<(f64, f64)> = (0..mesh.n_halfedges()).map(ratio).collect();
+    assert!(ratios.iter().all(|r| r.1 < 1.7), "none is much too long");
+    for above in [true, false] {
+        let mut part: Vec<f64> = ratios.iter().filter(|r| (r.0 > 0.5 * top.z) == above).map(|r| r.1).collect();
+        part.sort_unstable_by(f64::total_cmp);
+        assert!((0.75..1.2).contains(&part[part.len() / 2]), "the typical one is right: {}", part[part.len() / 2]);
     }
 }

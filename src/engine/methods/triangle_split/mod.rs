@@ -29,7 +29,7 @@ impl Method for TriangleSplit {
     }
 
     fn cannot(&self) -> &'static [&'static str] {
-        &["follow curvature, strokes or sizes", "give a parameterisation", "give vertices of valence 4 but by chance"]
+        &["follow curvature or strokes", "give a parameterisation", "give vertices of valence 4 but by chance"]
     }
 
     fn parameters(&self) -> &'static [Parameter] {
