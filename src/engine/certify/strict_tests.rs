@@ -113,3 +113,56 @@ fn a_second_sheet_close_by_hides_no_flipped_quad() {
     }
     assert!(tried > 5 && found == tried, "{found} of {tried}");
 }
+
+/// A flat square of `n` by `n` cells of this size, two triangles each, without the cells that `is_cut` names.
+fn sheet(n: u32, cell: f64, is_cut: impl Fn(u32, u32) -> bool) -> Surface {
+    let at = |i: u32, j: u32| j * (n + 1) + i;
+    let mut faces = Vec::new();
+    for (i, j) in (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|&(i, j)| !is_cut(i, j)) {
+        faces.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+        faces.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+    }
+    let used: Vec<u32> = (0..(n + 1) * (n + 1)).filter(|v| faces.iter().flatten().any(|w| w == v)).collect();
+    let number = |v: u32| used.binary_search(&v).unwrap() as u32;
+    let position = |&v: &u32| dvec3(cell * f64::from(v % (n + 1)), cell * f64::from(v / (n + 1)), 0.0);
+    let faces = faces.iter().map(|f| f.map(number)).collect();
+    let mesh = TriMesh::try_new(used.iter().map(position).collect(), faces).unwrap();
+    Surface { mesh, features: Features::default() }
+}
+
+#[test]
+fn a_bay_below_the_quads_is_passed_over_and_a_slit_is_not() {
+    let at = |i: u32, j: u32| 11 * j + i;
+    let position = |v: u32| dvec3(f64::from(v % 11), f64::from(v / 11), 0.0);
+    let cells = (0..10u32).flat_map(|j| (0..10u32).map(move |i| (i, j)));
+    let quads = QuadMesh {
+        positions: (0..121).map(position).collect(),
+        quads: cells.map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect(),
+    };
+    let bay = |depth: u32| sheet(40, 0.25, |i, j| i == 21 && j < depth);
+    assert_eq!(strict(&bay(0), &quads), []);
+    // A quarter of an edge wide: one edge deep, and six.
+    assert_eq!(strict(&bay(4), &quads), []);
+    assert!(strict(&bay(24), &quads).iter().any(|v| v.0 == Check::BoundaryCurve));
+    // Two edges wide it is a shore that the quads must follow.
+    let wide = sheet(40, 0.25, |i, j| (16..24).contains(&i) && j < 8);
+    assert!(strict(&wide, &quads).iter().any(|v| v.0 == Check::BoundaryCurve));
+}
+
+#[test]
+fn a_quad_in_the_surface_is_not_flipped_whatever_lies_around() {
+    // A step whose riser leans back over the tread below: it faces away from the mean of the two treads.
+    let profile =
+        [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.5, 0.0), (2.0, 0.0), (1.965, 0.2), (2.5, 0.2), (3.0, 0.2), (4.0, 0.2)];
+    let n = profile.len() as u32;
+    let positions = (0..5 * n).map(|v| {
+        let (x, z) = profile[(v % n) as usize];
+        dvec3(x, 0.5 * f64::from(v / n), z)
+    });
+    let corners = (0..4).flat_map(|j| (0..n - 1).map(move |i| [i, i + 1].map(|i| [j * n + i, (j + 1) * n + i])));
+    let faces = corners.flat_map(|[[a, d], [b, c]]| [[a, b, c], [a, c, d]]).collect();
+    let mesh = TriMesh::try_new(positions.collect(), faces).unwrap();
+    let step = Surface { mesh, features: Features::default() };
+    let good = split(&step.mesh);
+    assert_eq!(strict(&step, &good), []);
+}

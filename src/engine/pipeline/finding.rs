@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::engine::certify::{Certificate, scaled_jacobian};
+use crate::engine::certify::Certificate;
 use crate::engine::mesh::Surface;
 use crate::engine::pipeline::report::FeatureReport;
 use crate::engine::pipeline::spec::{RemeshSpec, Target};
@@ -26,7 +26,7 @@ pub(super) struct Finding<'a> {
 impl Finding<'_> {
     /// The warnings, each with its places.
     pub(super) fn warnings(&self, spec: &RemeshSpec, features: &FeatureReport) -> Vec<Warning> {
-        let found = [self.count_missed(spec), dropped(features), self.folded(), self.far()];
+        let found = [self.count_missed(spec), dropped(features), self.far()];
         found.into_iter().flatten().collect()
     }
 
@@ -36,14 +36,6 @@ impl Finding<'_> {
         let tolerance = if wanted < MANY_QUADS { 0.1 } else { 0.05 };
         let is_missed = (quads as f64 - wanted as f64).abs() > tolerance * wanted as f64;
         (spec.adapt_count && is_missed).then(|| WarningKind::CountMissed { quads, wanted }.into())
-    }
-
-    fn folded(&self) -> Option<Warning> {
-        let corners = self.quads.quads.iter().map(|quad| quad.map(|v| self.quads.positions[v as usize]));
-        let centre = |p: [DVec3; 4]| p.iter().sum::<DVec3>() / 4.0;
-        let places: Vec<DVec3> = corners.filter(|&p| scaled_jacobian(p) <= 0.0).map(centre).collect();
-        let kind = WarningKind::Folded { quads: places.len() };
-        (!places.is_empty()).then(|| Warning::new(kind, None, &places))
     }
 
     fn far(&self) -> Option<Warning> {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::engine::certify::{Violation, certify, scaled_jacobian};
 use crate::engine::pipeline::quality::Quality;
 use crate::engine::problem::Problem;
-use crate::engine::quad::{QuadDraft, count_against};
+use crate::engine::quad::QuadDraft;
 use crate::engine::run::{Cancelled, RunContext, Stage};
 
 /// Largest coordinate relative to the diagonal of a component up to which single precision is expected to hold it.
@@ -28,8 +28,6 @@ pub(super) struct Judged {
     pub(super) violations: Vec<Violation>,
     /// Where, in model units; not for everything that can be wrong.
     pub(super) failing: Vec<DVec3>,
-    /// Centres of quads with a corner that is not convex.
-    pub(super) folded: Vec<DVec3>,
     /// Where the surface is furthest from the quads, if a part of it is lost.
     pub(super) lost: Option<DVec3>,
 }
@@ -63,32 +61,23 @@ pub(super) fn judge(
     let certificate = ctx.stage(Stage::Certify, |ctx| certify(ctx, surface, index, &draft.mesh))?;
     let measures = &certificate.measures;
     let away = measures.hausdorff_max * surface.mesh.diagonal() / whole.edge_length;
-    let (mut folded, mut straight) = (Vec::new(), 0);
-    for quad in &draft.mesh.quads {
-        let corners = quad.map(|v| draft.mesh.positions[v as usize]);
-        let least = scaled_jacobian(corners);
-        straight += usize::from(least <= STRAIGHT);
-        if least <= 0.0 {
-            folded.push(corners.iter().sum::<DVec3>() / 4.0);
-        }
-    }
+    let is_straight = |quad: &&[u32; 4]| scaled_jacobian(quad.map(|v| draft.mesh.positions[v as usize])) <= STRAIGHT;
+    let straight = draft.mesh.quads.iter().filter(is_straight).count();
     let off = draft.mesh.quads.len() as f64 / whole.quads - 1.0;
     let quality = Quality {
         refused: certificate.violations.iter().map(|v| v.count.max(1)).sum(),
         is_substitute: false,
         misses_count: whole.wishes.adapts_count && off.abs() > COUNT_MISSED,
         loses_a_part: away > PART_LOST,
-        folded: folded.len(),
         features_given_up: features_given_up(whole, problem),
         straight,
-        inverted: count_against(ctx, index, &draft.mesh)?,
         doublets: measures.valences.iter().find(|(valence, _)| *valence == 2).map_or(0, |(_, n)| *n),
         distance_step: if away.is_finite() { Quality::distance_step(away) } else { usize::MAX },
         irregular: measures.irregular_interior + measures.irregular_boundary,
     };
     let failing = certificate.violations.iter().flat_map(|v| v.places.iter().copied()).collect();
     let lost = certificate.farthest.filter(|_| away > PART_LOST);
-    Ok(Judged { draft, quality, away, violations: certificate.violations, failing, folded, lost })
+    Ok(Judged { draft, quality, away, violations: certificate.violations, failing, lost })
 }
 
 /// Length of the features that a problem lacks, in quad edges.

@@ -14,6 +14,8 @@ mod plan;
 mod polish;
 mod quality;
 mod remedies;
+#[cfg(test)]
+mod remedy_tests;
 mod remesh;
 mod report;
 mod rounding;

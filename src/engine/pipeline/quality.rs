@@ -19,14 +19,10 @@ pub(super) struct Quality {
     pub(super) misses_count: bool,
     /// Whether a part of the surface is not shown at all.
     pub(super) loses_a_part: bool,
-    /// Quads with a corner that is not convex.
-    pub(super) folded: usize,
     /// Feature edges that were given up, in quad edges of length.
     pub(super) features_given_up: usize,
     /// Quads with a corner that is nearly straight.
     pub(super) straight: usize,
-    /// Quads that turn their back to the surface beneath their centre.
-    pub(super) inverted: usize,
     /// Interior vertices with two quads.
     pub(super) doublets: usize,
     /// Distance between quads and surface, in steps; see [`Quality::distance_step`].
@@ -42,11 +38,11 @@ impl Quality {
     }
 
     fn key(&self) -> impl Ord {
-        let Self { refused, is_substitute, misses_count, loses_a_part, folded, features_given_up, .. } = *self;
-        let Self { straight, inverted, doublets, distance_step, irregular, .. } = *self;
+        let Self { refused, is_substitute, misses_count, loses_a_part, features_given_up, .. } = *self;
+        let Self { straight, doublets, distance_step, irregular, .. } = *self;
         (
-            (refused, is_substitute, misses_count, loses_a_part, folded, features_given_up),
-            (straight, inverted, doublets, distance_step, irregular),
+            (refused, is_substitute, misses_count, loses_a_part, features_given_up),
+            (straight, doublets, distance_step, irregular),
         )
     }
 }
@@ -72,10 +68,8 @@ mod tests {
         is_substitute: false,
         misses_count: false,
         loses_a_part: false,
-        folded: 0,
         features_given_up: 0,
         straight: 0,
-        inverted: 0,
         doublets: 0,
         distance_step: 0,
         irregular: 0,
@@ -87,10 +81,8 @@ mod tests {
             Quality { irregular: 1, ..PERFECT },
             Quality { distance_step: 1, ..PERFECT },
             Quality { doublets: 1, distance_step: 0, ..PERFECT },
-            Quality { inverted: 1, ..PERFECT },
             Quality { straight: 1, ..PERFECT },
             Quality { features_given_up: 1, ..PERFECT },
-            Quality { folded: 1, ..PERFECT },
             Quality { loses_a_part: true, ..PERFECT },
             Quality { misses_count: true, ..PERFECT },
             Quality { is_substitute: true, ..PERFECT },

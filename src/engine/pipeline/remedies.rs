@@ -12,8 +12,6 @@ use crate::engine::run::{Cancelled, RunContext};
 pub(super) enum Diagnosis {
     /// Certified, and no attempt could give more.
     Complete,
-    /// Certified, but quads have a corner that is not convex: features are below the size of the quads.
-    Folded,
     /// Certified, but a part of the surface is not shown, or the count is missed: the map has folds.
     Incomplete,
     /// The certificate refuses some places.
@@ -58,22 +56,13 @@ pub(super) enum Uses {
     WhileItHelps,
 }
 
-use Diagnosis::{Folded, Global, Incomplete, Local, NoQuads, Nothing};
+use Diagnosis::{Global, Incomplete, Local, NoQuads, Nothing};
 
 /// The remedies, best first; each is used once, smaller quads as long as they help. Features near failed quads are detail
 /// below the size of the quads, and go before the field does; all of them go before the method does.
 pub(super) const REMEDIES: &[Remedy] = &[
-    Remedy {
-        helps: &[Folded, Incomplete, Local, Global, NoQuads, Nothing],
-        attempt: aligned_boundary,
-        uses: Uses::Once,
-    },
-    Remedy {
-        helps: &[Folded, Incomplete, Local, Global, NoQuads, Nothing],
-        attempt: refined,
-        uses: Uses::WhileItHelps,
-    },
-    Remedy { helps: &[Folded], attempt: |_, case| Ok(without_features_within(case, 0.75)), uses: Uses::Once },
+    Remedy { helps: &[Incomplete, Local, Global, NoQuads, Nothing], attempt: aligned_boundary, uses: Uses::Once },
+    Remedy { helps: &[Incomplete, Local, Global, NoQuads, Nothing], attempt: refined, uses: Uses::WhileItHelps },
     Remedy {
         helps: &[Local, Global, NoQuads],
         attempt: |_, case| Ok(without_features_within(case, 1.5)),
@@ -123,7 +112,7 @@ pub(super) fn has_boundary(problem: &Problem) -> bool {
 fn refined(ctx: &RunContext, case: &Case<'_>) -> Result<Option<Attempt>, Cancelled> {
     let edge_length = case.base.edge_length;
     let handles = match case.diagnosis {
-        Folded | Incomplete => Vec::new(),
+        Incomplete => Vec::new(),
         _ => small_handles(ctx, &case.base.surface.mesh, SMALL_HANDLE * edge_length)?,
     };
     let size = |girth: f64| (girth / (QUADS_AROUND * edge_length)).max(SMALLEST);

@@ -285,10 +285,7 @@ fn diagnose(judged: &Judged) -> (Diagnosis, Vec<DVec3>) {
         return (diagnosis, judged.failing.clone());
     }
     if quality.misses_count || quality.loses_a_part {
-        return (Diagnosis::Incomplete, judged.lost.into_iter().chain(judged.folded.iter().copied()).collect());
-    }
-    if quality.folded > 0 {
-        return (Diagnosis::Folded, judged.folded.clone());
+        return (Diagnosis::Incomplete, judged.lost.into_iter().collect());
     }
     (Diagnosis::Complete, Vec::new())
 }

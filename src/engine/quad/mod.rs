@@ -7,7 +7,7 @@ mod layout;
 pub mod optimise;
 mod quad_mesh;
 
-pub use improve::{count_against, improve_connectivity, reach_out, remove_doublets};
+pub use improve::{improve_connectivity, reach_out, remove_doublets};
 pub use layout::{ArcCourse, LayoutArc, LayoutError, LayoutNode, QuadLayout, Side, quads_of_layout};
 pub use optimise::{OptimiseOptions, optimise};
 pub use quad_mesh::{Anchor, QuadDraft, QuadMesh};

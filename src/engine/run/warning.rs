@@ -85,9 +85,6 @@ warnings! { // code { numbers } [ texts ], message
     /// Vertex colours were to scale the density, and the input has none.
     NoVertexColours = "no-vertex-colours" {} [],
         "density_from_vertex_colour: the input has no vertex colours";
-    /// Quads with a corner whose scaled Jacobian is not positive; places are their centres.
-    Folded = "folded" { quads: usize } [],
-        "{quads} quads are folded: a corner is straight or reflex";
     /// Quads and surface are further apart than two quad edges.
     Far = "far" { edges: f64, distance: f64 } [],
         "the quads and the surface are up to {edges:.1} quad edges apart ({distance:.4} of the diagonal)";
@@ -181,7 +178,7 @@ mod tests {
     #[test]
     fn many_places_are_thinned_out_evenly() {
         let places: Vec<DVec3> = (0..1000).map(|i| DVec3::X * f64::from(i)).collect();
-        let warning = Warning::new(WarningKind::Folded { quads: 1000 }, Some(2), &places);
+        let warning = Warning::new(WarningKind::CountMissed { quads: 1000, wanted: 800 }, Some(2), &places);
         assert_eq!((warning.places.len(), warning.places[19]), (20, DVec3::X * 950.0));
         assert!(warning.to_string().starts_with("component 2: 1000 quads"));
     }

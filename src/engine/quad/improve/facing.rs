@@ -1,12 +1,9 @@
 //! Whether quads turn their face to the surface, as it looks from single points of it.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::engine::mesh::SurfaceIndex;
-use crate::engine::quad::QuadMesh;
 use crate::engine::quad::optimise::area_vector;
-use crate::engine::run::{Cancelled, RunContext};
 
 /// Whether a quad has no area, or turns its back both to the normals beneath its corners and to the one beneath its
 /// middle.
@@ -25,18 +22,4 @@ fn is_against(index: &SurfaceIndex, p: &[DVec3; 4]) -> bool {
 
 fn is_flat(p: &[DVec3; 4]) -> bool {
     area_vector(p).length() <= 1e-9 * p[0].distance_squared(p[2]).max(p[1].distance_squared(p[3]))
-}
-
-/// How many quads turn their back to the surface beneath their middle.
-///
-/// # Errors
-/// [`Cancelled`] if the run was asked to stop.
-pub fn count_against(ctx: &RunContext, index: &SurfaceIndex, mesh: &QuadMesh) -> Result<usize, Cancelled> {
-    let judge = |(q, quad): (usize, &[u32; 4])| {
-        if q % 32 == 0 {
-            ctx.check()?;
-        }
-        Ok(usize::from(is_against(index, &quad.map(|v| mesh.positions[v as usize]))))
-    };
-    mesh.quads.par_iter().enumerate().map(judge).sum()
 }

@@ -13,7 +13,6 @@ mod valence;
 mod tests;
 
 pub use doublets::remove_doublets;
-pub use facing::count_against;
 pub(crate) use net::{Change, DEAD, QuadNet};
 pub(crate) use operations::candidates;
 pub use reach::reach_out;
