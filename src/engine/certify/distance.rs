@@ -69,7 +69,7 @@ pub(super) fn measure(
         [(surface_index, vertices(quads)), (quad_index, samples(surface, n, 2)), (quad_index, vertices(surface))];
     // Each of the four triangles of a quad has one of its sides as its first.
     let side = |f: usize| quads.triangle(f)[0].distance(quads.triangle(f)[1]);
-    let edge = |quad: u32| 0.25 * (4 * quad as usize..4 * quad as usize + 4).map(side).sum::<f64>();
+    let edge = |quad: u32| (4 * quad as usize..4 * quad as usize + 4).map(side).fold(f64::INFINITY, f64::min);
     let mut far: Vec<(u32, f64, DVec3)> = Vec::new();
     for (i, (index, points)) in others.into_iter().enumerate() {
         let found = distances(&ctx.part(1 + i, 4), index, &points)?;

@@ -5,8 +5,8 @@ use crate::engine::certify::shape::{area_vector, scaled_jacobian};
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
 use glam::DVec3;
 
-/// A quad further from the surface than this many edges, its own or the mean ones, does not stand for the surface beneath
-/// it.
+/// A quad further from the surface than this many edges does not stand for the surface beneath it: mean edges, or its own
+/// shortest if that is longer.
 const FAR: f64 = 2.0;
 /// A quad has no area if its area is below this part of the square of its longer diagonal: CAD surfaces have slivers,
 /// and their quads may be as thin.
@@ -33,7 +33,7 @@ pub enum Defect {
     Flipped,
     /// One of its corners is straight or reflex: the least scaled Jacobian is not positive.
     Folded,
-    /// Its centre or a corner is further than two edges, its own or the mean ones, from the surface.
+    /// Its centre or a corner is further than two edges from the surface: mean edges, or its own shortest if that is longer.
     Far,
 }
 
@@ -105,7 +105,8 @@ impl<'a> QuadJudge<'a> {
         } else if jacobian <= 0.0 {
             Some(Defect::Folded)
         } else {
-            (distance > Defect::far(self.edge_length.max(edge))).then_some(Defect::Far)
+            let least = (0..4).map(|k| corners[k].distance(corners[(k + 1) % 4])).fold(f64::INFINITY, f64::min);
+            (distance > Defect::far(self.edge_length.max(least))).then_some(Defect::Far)
         };
         Stance { area, up, distance, jacobian, defect }
     }
