@@ -75,7 +75,7 @@ fn quads_get_smaller_where_they_fail_and_around_small_handles() {
     }
     assert!(offered(&base, Diagnosis::Local, &place, true, change).is_none(), "they are small enough");
     assert!(offered(&cube, Diagnosis::Local, &[], true, change).is_none(), "nothing failed");
-    let torus = problem("torus", 8.0);
+    let torus = problem("torus", 100.0).with_edges_times(3.5);
     let around = offered(&torus, Diagnosis::Global, &[], true, change).unwrap();
     assert!(around.refined.iter().all(|place| (0.1..1.0).contains(&place.size)));
     assert!(offered(&torus, Diagnosis::Incomplete, &[], true, change).is_none(), "the handle was kept");
