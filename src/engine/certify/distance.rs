@@ -25,8 +25,8 @@ pub(super) struct Distances {
     pub(super) farthest: Option<DVec3>,
     /// Mean distance of the samples on the quads' area to the surface.
     pub(super) mean: f64,
-    /// Samples of the surface beyond the limit of their face and of the quad nearest to them, and that quad; in order of quads, of each
-    /// quad the furthest.
+    /// Samples of the surface beyond the limit of their face and two of the shortest edges of the quad nearest to them, and
+    /// that quad; in order of quads, of each quad the furthest.
     pub(super) far: Vec<(u32, DVec3)>,
 }
 

@@ -1,8 +1,8 @@
 //! Quads from a coarse triangle mesh: a remesh of the right density, its triangles taken as polygons, one subdivision.
 
-use crate::engine::mesh::remesh::{LocalSize, remesh_with_middles};
 use glam::DVec3;
 
+use crate::engine::mesh::remesh::{LocalSize, remesh_with_middles};
 use crate::engine::mesh::{IsotropicOptions, Surface};
 use crate::engine::methods::subdivide::{Polygon, subdivide};
 use crate::engine::methods::{Parameter, Parameters, Range, Value};

@@ -112,7 +112,7 @@ impl Search<'_> {
         let mut plan = Plan::new(asked, self.spec.effort, self.may_give_up());
         let mut is_first = true;
         while let Some(attempt) = plan.next(ctx)? {
-            // While something takes long, something certified stands by for the deadline.
+            // Before something takes long, sure methods are asked for quads to deliver at the deadline.
             if is_long || !is_first {
                 self.stand_by(ctx, STANDBY)?;
             }

@@ -55,7 +55,8 @@ impl IsotropicOptions {
     }
 }
 
-/// Sizes relative to the edge length aimed at, for points near the surface.
+/// Sizes relative to the edge length aimed at, for points near the surface. Sizes above 1 let edges grow by splitting less,
+/// but no edge longer than the one aimed at is collapsed for them.
 pub(in crate::engine) type LocalSize<'a> = &'a (dyn Fn(DVec3) -> f64 + Sync);
 
 /// Cosine of the angle to the original surface from which on a triangle is refused, unless it was worse before.

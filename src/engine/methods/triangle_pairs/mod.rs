@@ -28,7 +28,7 @@ impl Method for TrianglePairs {
     }
 
     fn cannot(&self) -> &'static [&'static str] {
-        &["follow curvature or strokes", "give a parameterisation"]
+        &["follow curvature, strokes, or sizes above the edge length", "give a parameterisation"]
     }
 
     fn parameters(&self) -> &'static [Parameter] {

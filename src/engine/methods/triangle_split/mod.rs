@@ -29,7 +29,11 @@ impl Method for TriangleSplit {
     }
 
     fn cannot(&self) -> &'static [&'static str] {
-        &["follow curvature or strokes", "give a parameterisation", "give vertices of valence 4 but by chance"]
+        &[
+            "follow curvature, strokes, or sizes above the edge length",
+            "give a parameterisation",
+            "give vertices of valence 4 but by chance",
+        ]
     }
 
     fn parameters(&self) -> &'static [Parameter] {
