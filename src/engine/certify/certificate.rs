@@ -30,7 +30,7 @@ impl Certificate {
 }
 
 /// Checks the quads against the surface that they were made for, and measures them. `index` is the index of
-/// `surface.mesh`. Components are judged one by one, each against its own component of the surface, so that a model is
+/// `surface.mesh`; `edge_length` is the one asked for, in model units, 0 if it is not known. Components are judged one by one, each against its own component of the surface, so that a model is
 /// certified exactly if its parts are. O((n + f) log f) for n quads and samples over f faces.
 ///
 /// # Errors
@@ -40,6 +40,7 @@ pub fn certify(
     surface: &Surface,
     index: &SurfaceIndex,
     quads: &QuadMesh,
+    edge_length: f64,
 ) -> Result<Certificate, Cancelled> {
     ctx.check()?;
     let counts = QuadReport { count: quads.quads.len(), vertices: quads.positions.len(), ..QuadReport::default() };
@@ -51,7 +52,7 @@ pub fn certify(
         let violation = Violation::unequal(Check::VertexFan, 1, 0);
         return Ok(Certificate::new(violation.into_iter().collect(), counts));
     };
-    let judged = judge(&ctx.span(0.1, 0.5), surface, index, quads, &topology)?;
+    let judged = judge(&ctx.span(0.1, 0.5), surface, index, quads, &topology, edge_length)?;
     let mut measures = shape::measure(quads, &topology, |v| judged.is_corner[v]);
     let diagonal = surface.mesh.diagonal();
     let limit = |face: u32| judged.far.get(face as usize).copied().unwrap_or(f64::INFINITY);
@@ -85,7 +86,7 @@ pub fn certify(
 }
 
 /// Per component of the quads, the distance beyond which a quad is far from the surface.
-fn far_of_components(quads: &QuadMesh, topology: &QuadTopology) -> Vec<f64> {
+fn far_of_components(quads: &QuadMesh, topology: &QuadTopology, edge_length: f64) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); topology.components.len()];
     for (quad, &c) in quads.quads.iter().zip(&topology.component) {
         let p = quad.map(|v| quads.positions[v as usize]);
@@ -93,7 +94,7 @@ fn far_of_components(quads: &QuadMesh, topology: &QuadTopology) -> Vec<f64> {
         sum.0 += (0..4).map(|k| p[k].distance(p[(k + 1) % 4])).sum::<f64>();
         sum.1 += 4.0;
     }
-    sums.into_iter().map(|(sum, n)| Defect::far(sum / n)).collect()
+    sums.into_iter().map(|(sum, n)| Defect::far(edge_length.max(sum / n))).collect()
 }
 
 fn join(all: &mut Vec<Violation>, more: impl IntoIterator<Item = Violation>) {
@@ -123,18 +124,19 @@ fn judge(
     index: &SurfaceIndex,
     quads: &QuadMesh,
     topology: &QuadTopology,
+    edge_length: f64,
 ) -> Result<Judged, Cancelled> {
     let diagonal = surface.mesh.diagonal();
     let surface_parts = surface.parts();
     let quad_parts = components::parts(quads, topology);
     let (pairs, violations) = components::pair(ctx, &surface.mesh, index, &surface_parts, &quad_parts, topology)?;
-    let limits = far_of_components(quads, topology);
+    let limits = far_of_components(quads, topology, edge_length);
     let mut far = vec![f64::INFINITY; surface.mesh.n_faces()];
     for &(s, c) in &pairs {
         surface_parts[s].halfedges.iter().for_each(|h| far[*h as usize / 3] = limits[c]);
     }
     if let ([_], [_]) = (surface_parts.as_slice(), quad_parts.as_slice()) {
-        let mut judged = judge_pair(ctx, surface, index, quads, topology, diagonal)?;
+        let mut judged = judge_pair(ctx, surface, index, quads, topology, edge_length, diagonal)?;
         judged.violations.splice(0..0, violations);
         return Ok(Judged { far, ..judged });
     }
@@ -143,7 +145,7 @@ fn judge(
         let mut judged = match measure_topology(&own.mesh) {
             Ok(topology) => {
                 let index = SurfaceIndex::new(&part.surface.mesh);
-                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, diagonal)?
+                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, edge_length, diagonal)?
             }
             Err(violations) => Judged { violations, is_corner: Vec::new(), distances: Vec::new(), far: Vec::new() },
         };
@@ -178,10 +180,11 @@ fn judge_pair(
     index: &SurfaceIndex,
     quads: &QuadMesh,
     topology: &QuadTopology,
+    edge_length: f64,
     diagonal: f64,
 ) -> Result<Judged, Cancelled> {
     let curves = curves::check(ctx, surface, quads, topology, diagonal)?;
-    let mut violations = orientation::check(ctx, surface, index, quads, topology)?;
+    let mut violations = orientation::check(ctx, surface, index, quads, topology, edge_length)?;
     violations.extend(curves.violations);
     violations.extend(boundary::check(&surface.mesh, quads, topology));
     Ok(Judged { violations, is_corner: curves.is_corner, distances: curves.distances, far: Vec::new() })

@@ -5,8 +5,8 @@ use crate::engine::certify::shape::{area_vector, scaled_jacobian};
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
 use glam::DVec3;
 
-/// A quad further from the surface than this many edges does not stand for the surface beneath it: mean edges, or its own
-/// shortest if that is longer.
+/// A quad further from the surface than this many edges does not stand for the surface beneath it: edges as they were
+/// asked for or as they are in the mean, or its own shortest, whichever is longest.
 const FAR: f64 = 2.0;
 /// A quad has no area if its area is below this part of the square of its longer diagonal: CAD surfaces have slivers,
 /// and their quads may be as thin.
@@ -33,7 +33,8 @@ pub enum Defect {
     Flipped,
     /// One of its corners is straight or reflex: the least scaled Jacobian is not positive.
     Folded,
-    /// Its centre or a corner is further than two edges from the surface: mean edges, or its own shortest if that is longer.
+    /// Its centre or a corner is further than two edges from the surface: edges as they were asked for or as they are in the
+    /// mean, or its own shortest, whichever is longest.
     Far,
 }
 
@@ -61,15 +62,25 @@ pub struct QuadJudge<'a> {
     cells: Cells,
     /// Per halfedge, whether it lies on a feature or on the boundary.
     barrier: Vec<bool>,
+    /// The length that cells are made for, in model units.
+    scale: f64,
     edge_length: f64,
+    /// The longest edge by which distances are judged, except a quad's own.
+    reach: f64,
 }
 
 impl<'a> QuadJudge<'a> {
     /// `index` is the index of `surface.mesh`; `edge_length` is the mean edge of the quads in model units. O(F log F).
     pub fn new(surface: &'a Surface, index: &'a SurfaceIndex, edge_length: f64) -> Self {
         let barrier = surface.features.halfedge_flags(&surface.mesh);
-        let cells = Cells::new(surface, &barrier, edge_length);
-        Self { surface, index, cells, barrier, edge_length }
+        let scale = scale_of(edge_length);
+        let cells = Cells::new(surface, &barrier, scale);
+        Self { surface, index, cells, barrier, scale, edge_length, reach: edge_length }
+    }
+
+    /// The same judge for quads that were asked for with this edge length.
+    pub fn reaching(self, edge_length: f64) -> Self {
+        Self { reach: self.reach.max(edge_length), ..self }
     }
 
     /// What is wrong with the quad with these corners, if anything. Some ten microseconds.
@@ -94,7 +105,7 @@ impl<'a> QuadJudge<'a> {
         let distance = feet.iter().map(|f| f.distance).fold(foot.distance, f64::max);
         let up = self.up_beneath(own, &foot, feet, distance, edge).unwrap_or_else(|| {
             let start = self.sheet(own, &foot, feet, edge);
-            self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.edge_length)
+            self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.scale)
         });
         let jacobian = scaled_jacobian(*corners);
         let diagonal = corners[0].distance_squared(corners[2]).max(corners[1].distance_squared(corners[3]));
@@ -106,7 +117,7 @@ impl<'a> QuadJudge<'a> {
             Some(Defect::Folded)
         } else {
             let least = (0..4).map(|k| corners[k].distance(corners[(k + 1) % 4])).fold(f64::INFINITY, f64::min);
-            (distance > Defect::far(self.edge_length.max(least))).then_some(Defect::Far)
+            (distance > Defect::far(self.reach.max(least))).then_some(Defect::Far)
         };
         Stance { area, up, distance, jacobian, defect }
     }
@@ -167,6 +178,13 @@ impl<'a> QuadJudge<'a> {
     pub fn edge_length(&self) -> f64 {
         self.edge_length
     }
+}
+
+/// The length that cells are made for: one of two per octave, so that quads that are mended are judged as they were before,
+/// though their mean edge is another.
+fn scale_of(edge_length: f64) -> f64 {
+    let scale = ((2.0 * edge_length.log2()).round() / 2.0).exp2();
+    if scale.is_finite() { scale } else { edge_length }
 }
 
 impl Defect {

@@ -10,7 +10,7 @@ use glam::{DVec3, dvec3};
 
 fn strict(surface: &Surface, quads: &QuadMesh) -> Vec<(Check, usize)> {
     let index = SurfaceIndex::new(&surface.mesh);
-    let result = certify(&RunContext::silent(), surface, &index, quads).unwrap();
+    let result = certify(&RunContext::silent(), surface, &index, quads, 0.0).unwrap();
     assert_eq!(result.certified, result.violations.is_empty());
     for v in result.violations.iter().filter(|v| matches!(v.check, Check::Folded | Check::Far | Check::Flipped)) {
         assert_eq!(v.witnesses.len(), v.places.len(), "every quad has its place");
@@ -41,7 +41,7 @@ fn folded_corners_refuse() {
     let [a, _, c, _] = quads.quads[q];
     quads.positions[c as usize] = quads.positions[a as usize].lerp(quads.positions[c as usize], 0.65);
     let index = SurfaceIndex::new(&both.mesh);
-    let found = certify(&RunContext::silent(), &both, &index, &quads).unwrap().violations;
+    let found = certify(&RunContext::silent(), &both, &index, &quads, 0.0).unwrap().violations;
     assert_eq!((found.len(), found[0].witnesses.clone()), (1, vec![q as u32]));
     assert!(found[0].places[0].distance(quads.positions[c as usize]) < 0.2);
 }
@@ -58,7 +58,7 @@ fn what_lies_two_edges_apart_refuses() {
     };
     assert_eq!(strict(&spiky(0.15), &quads), []);
     let index = SurfaceIndex::new(&spiky(0.5).mesh);
-    let found = certify(&RunContext::silent(), &spiky(0.5), &index, &quads).unwrap();
+    let found = certify(&RunContext::silent(), &spiky(0.5), &index, &quads, 0.0).unwrap();
     assert_eq!(found.violations.iter().map(|v| v.check).collect::<Vec<_>>(), [Check::Far]);
     assert!(found.violations[0].places.iter().any(|p| p.length() > 1.2));
     // The other way: quads that stand off the surface.
@@ -165,4 +165,32 @@ fn a_quad_in_the_surface_is_not_flipped_whatever_lies_around() {
     let step = Surface { mesh, features: Features::default() };
     let good = split(&step.mesh);
     assert_eq!(strict(&step, &good), []);
+}
+
+#[test]
+fn at_a_kept_feature_quads_may_meet_at_any_angle() {
+    // A roof of 90 degrees, and quads that meet at 24 degrees at its ridge, each within 35 degrees of its own side.
+    let roof = |n: i32, cell: f64, features: bool| {
+        let at = |i: i32, j: i32| (j * (2 * n + 1) + i + n) as u32;
+        let cells: Vec<(i32, i32)> = (0..2 * n).flat_map(|j| (-n..n).map(move |i| (i, j))).collect();
+        let position = |v: i32| {
+            let x = cell * f64::from(v % (2 * n + 1) - n);
+            dvec3(x, cell * f64::from(v / (2 * n + 1)), -x.abs())
+        };
+        let positions: Vec<DVec3> = (0..(2 * n + 1) * (2 * n + 1)).map(position).collect();
+        let quads: Vec<[u32; 4]> =
+            cells.iter().map(|&(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect();
+        let faces = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let edges = if features { (0..2 * n).map(|j| [at(0, j), at(0, j + 1)]).collect() } else { Vec::new() };
+        let features = Features { edges, corners: Vec::new() };
+        let mesh = TriMesh::try_new(positions.clone(), faces).unwrap();
+        (Surface { mesh, features }, QuadMesh { positions, quads })
+    };
+    let (_, mut quads) = roof(3, 1.0, true);
+    for p in quads.positions.iter_mut().filter(|p| p.x.abs() == 1.0 && p.y > 0.0 && p.y < 6.0) {
+        *p = dvec3(0.25 * p.x, p.y, 1.2 * p.z);
+    }
+    assert_eq!(strict(&roof(6, 0.5, true).0, &quads), []);
+    // Where the ridge is no feature they lie on each other.
+    assert_eq!(strict(&roof(6, 0.5, false).0, &quads), [(Check::Flipped, 4)]);
 }

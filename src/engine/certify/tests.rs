@@ -28,7 +28,7 @@ pub(super) fn split(mesh: &TriMesh) -> QuadMesh {
 }
 
 pub(super) fn certificate(surface: &Surface, quads: &QuadMesh) -> Certificate {
-    certify(&RunContext::silent(), surface, &SurfaceIndex::new(&surface.mesh), quads).unwrap()
+    certify(&RunContext::silent(), surface, &SurfaceIndex::new(&surface.mesh), quads, 0.0).unwrap()
 }
 
 pub(super) fn surface(name: &str, triangles: usize) -> Surface {
@@ -450,5 +450,5 @@ fn a_stopped_run_is_not_judged() {
     let ctx = RunContext::silent();
     ctx.stop(StopReason::Client);
     let sphere = surface("sphere", 500);
-    assert!(certify(&ctx, &sphere, &SurfaceIndex::new(&sphere.mesh), &split(&sphere.mesh)).is_err());
+    assert!(certify(&ctx, &sphere, &SurfaceIndex::new(&sphere.mesh), &split(&sphere.mesh), 0.0).is_err());
 }

@@ -27,7 +27,8 @@ pub(super) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn new(surface: &'a Surface, index: &'a SurfaceIndex, edge: f64) -> Self {
+    /// `edge` is the mean edge of the draft, `asked` the one that was asked for.
+    pub(super) fn new(surface: &'a Surface, index: &'a SurfaceIndex, edge: f64, asked: f64) -> Self {
         let curves = trace_curves(surface);
         let (mut segments, mut names) = (Vec::new(), Vec::new());
         for (name, curve) in (0u32..).zip(&curves) {
@@ -35,7 +36,7 @@ impl<'a> Ground<'a> {
             names.resize(segments.len(), name);
         }
         let rails = FaceTree::of_triangles(segments, &names);
-        let (judge, diagonal) = (QuadJudge::new(surface, index, edge), surface.mesh.diagonal());
+        let (judge, diagonal) = (QuadJudge::new(surface, index, edge).reaching(asked), surface.mesh.diagonal());
         Self { surface, index, judge, edge, diagonal, curves, rails }
     }
 

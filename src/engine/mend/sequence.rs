@@ -29,7 +29,7 @@ const LEAST_WORK: usize = 500;
 /// How a draft is mended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MendOptions {
-    /// Edge length of the quads for which they are judged, in model units; the mean of the draft if it is not positive.
+    /// Edge length that was asked for, in model units: distances are judged by it where it is longer than the draft's mean.
     pub edge_length: f64,
 }
 
@@ -81,8 +81,7 @@ pub fn mend(
     if !(is_sound(surface, &mended.draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(mended);
     }
-    let edge = if options.edge_length > 0.0 && options.edge_length.is_finite() { options.edge_length } else { mean };
-    let ground = Ground::new(surface, index, edge);
+    let ground = Ground::new(surface, index, mean, options.edge_length);
     let all: Vec<u32> = (0..mended.draft.mesh.quads.len() as u32).collect();
     let positions = mended.draft.mesh.positions.clone();
     let mut work =

@@ -75,7 +75,7 @@ fn mended(surface: &Surface, index: &SurfaceIndex, draft: QuadDraft) -> Mended {
 }
 
 fn violations(surface: &Surface, index: &SurfaceIndex, draft: &QuadDraft) -> Vec<String> {
-    let certificate = certify(&RunContext::silent(), surface, index, &draft.mesh).unwrap();
+    let certificate = certify(&RunContext::silent(), surface, index, &draft.mesh, 0.0).unwrap();
     certificate.violations.iter().map(ToString::to_string).collect()
 }
 
@@ -115,7 +115,7 @@ fn injected_faults_are_mended_where_they_are() {
         let (surface, index, draft) = good(name, 1500, 400);
         assert_eq!(violations(&surface, &index, &draft), [""; 0], "{name}");
         let topology = measure_topology(&draft.mesh).unwrap().components;
-        let ground = Ground::new(&surface, &index, mean_edge(&draft));
+        let ground = Ground::new(&surface, &index, mean_edge(&draft), 0.0);
         let mut lost = Vec::new();
         let (mut tried, mut seed) = (0, 10_000 * s as u64);
         while tried < 20 {
@@ -144,7 +144,7 @@ fn injected_faults_are_mended_where_they_are() {
 #[test]
 fn many_faults_at_once_are_mended_alike_by_any_number_of_threads() {
     let (surface, index, draft) = good("torus", 1500, 900);
-    let ground = Ground::new(&surface, &index, mean_edge(&draft));
+    let ground = Ground::new(&surface, &index, mean_edge(&draft), 0.0);
     let mut bad = draft;
     let mut made = 0;
     for seed in 0..24 {

@@ -27,7 +27,9 @@ pub(super) enum Cover {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Verdict {
     pub(super) cover: Cover,
-    /// Quads that are bad, or lie on a neighbour.
+    /// Quads that the certificate refuses.
+    pub(super) refused: usize,
+    /// Quads that are bad: those, and what files may turn into them.
     pub(super) bad: usize,
     /// Sum over the quads of what their least scaled Jacobian lacks to a decent one.
     pub(super) lacking: f64,
@@ -47,7 +49,8 @@ impl Verdict {
 
     /// The better one first.
     pub(super) fn order(&self, other: &Self) -> Ordering {
-        self.cover.cmp(&other.cover).then(self.bad.cmp(&other.bad)).then(self.lacking.total_cmp(&other.lacking))
+        let key = |v: &Self| (v.cover, v.refused, v.bad);
+        key(self).cmp(&key(other)).then(self.lacking.total_cmp(&other.lacking))
     }
 }
 
@@ -63,21 +66,31 @@ pub(super) fn lean(stance: &Stance) -> f64 {
 
 /// Judges the quads of a patch, and those against the quads around.
 pub(super) fn judge(ground: &Ground<'_>, patch: &Patch) -> Verdict {
-    let (stances, bad) = flags(ground, patch);
+    let Flags { stances, refused, bad } = flags(ground, patch);
     let value = |s: &Stance| if lean(s) < UPRIGHT { s.jacobian.min(0.0) + lean(s) - 1.0 } else { s.jacobian };
     let worst = stances.iter().flatten().map(value).fold(f64::INFINITY, f64::min);
     let lacking = stances.iter().flatten().map(|s| (DECENT - value(s)).max(0.0)).sum();
     let cover = if patch.farthest().1 > patch.reach { Cover::Lost } else { Cover::Kept };
-    Verdict { cover, bad: bad.into_iter().filter(|b| *b).count(), lacking, worst }
+    let count = |flags: Vec<bool>| flags.into_iter().filter(|flag| *flag).count();
+    Verdict { cover, refused: count(refused), bad: count(bad), lacking, worst }
 }
 
 /// Per quad of a patch whether it is bad, by itself or with a neighbour.
 pub(super) fn bad_quads(ground: &Ground<'_>, patch: &Patch) -> Vec<bool> {
-    flags(ground, patch).1
+    flags(ground, patch).bad
 }
 
-fn flags(ground: &Ground<'_>, patch: &Patch) -> (Vec<Option<Stance>>, Vec<bool>) {
+/// Per quad of a patch, how it stands.
+struct Flags {
+    stances: Vec<Option<Stance>>,
+    /// Whether the certificate refuses it, by itself or with a neighbour.
+    refused: Vec<bool>,
+    bad: Vec<bool>,
+}
+
+fn flags(ground: &Ground<'_>, patch: &Patch) -> Flags {
     let stances: Vec<Option<Stance>> = (0..patch.quads.len()).map(|q| patch.stance(ground, q)).collect();
+    let mut refused: Vec<bool> = stances.iter().map(|s| s.as_ref().is_some_and(|s| s.defect.is_some())).collect();
     let mut bad: Vec<bool> = stances.iter().map(|s| s.as_ref().is_some_and(is_bad)).collect();
     let off: Vec<bool> =
         patch.anchors.iter().zip(&patch.positions).map(|(&anchor, &p)| ground.is_off(anchor, p)).collect();
@@ -99,8 +112,9 @@ fn flags(ground: &Ground<'_>, patch: &Patch) -> (Vec<Option<Stance>>, Vec<bool>)
             && !patch.is_feature(pair[0].0, pair[0].1)
             && ground.judge.lie_on_each_other(a, b)
         {
-            bad[if r >= own || lean(a) < lean(b) { q } else { r }] = true;
+            let worse = if r >= own || lean(a) < lean(b) { q } else { r };
+            (refused[worse], bad[worse]) = (true, true);
         }
     }
-    (stances, bad)
+    Flags { stances, refused, bad }
 }

@@ -53,6 +53,7 @@ pub fn check(
         spec.symmetry.clone_from(&findings.symmetry);
     }
     let edge_length = edge_length(&conditioned, &spec)?;
+    let asked = findings.map_or(0.0, |findings| findings.edge_length);
     let Detected { features, .. } =
         ctx.stage(Stage::Features, |_| Ok::<_, Cancelled>(features(&conditioned, soup, &spec, edge_length)))?;
     let mut surface = Surface { mesh: conditioned.mesh, features };
@@ -65,7 +66,7 @@ pub fn check(
         surface = without(surface, &findings.given_up);
     }
     ctx.stage(Stage::Certify, |ctx| {
-        certify(ctx, &surface, &SurfaceIndex::new(&surface.mesh), quads).map_err(RemeshError::from)
+        certify(ctx, &surface, &SurfaceIndex::new(&surface.mesh), quads, asked).map_err(RemeshError::from)
     })
 }
 

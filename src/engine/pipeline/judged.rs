@@ -58,7 +58,7 @@ pub(super) fn judge(
     if far < FARTHEST_ROUNDED * surface.mesh.diagonal() {
         draft.mesh.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
     }
-    let certificate = ctx.stage(Stage::Certify, |ctx| certify(ctx, surface, index, &draft.mesh))?;
+    let certificate = ctx.stage(Stage::Certify, |ctx| certify(ctx, surface, index, &draft.mesh, whole.judged_edge))?;
     let measures = &certificate.measures;
     let away = measures.hausdorff_max * surface.mesh.diagonal() / whole.edge_length;
     let is_straight = |quad: &&[u32; 4]| scaled_jacobian(quad.map(|v| draft.mesh.positions[v as usize])) <= STRAIGHT;

@@ -105,8 +105,8 @@ impl Polisher<'_> {
         if judged.is_certified() || judged.quality.refused > most {
             return Ok(judged);
         }
-        let Problem { surface, index, edge_length, .. } = self.problem;
-        let options = MendOptions { edge_length: *edge_length };
+        let Problem { surface, index, .. } = self.problem;
+        let options = MendOptions { edge_length: self.whole.judged_edge };
         let mended =
             self.ctx.stage(Stage::Optimise, |ctx| mend(ctx, surface, index, judged.draft.clone(), &options))?;
         if mended.discs == 0 {

@@ -94,7 +94,9 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     warnings.extend(made.warnings);
     let index = SurfaceIndex::new(&made.surface.mesh);
     let certificate =
-        ctx.stage(Stage::Certify, |ctx| certify(ctx, &made.surface, &index, &made.quads).map_err(RemeshError::from))?;
+        ctx.stage(Stage::Certify, |ctx| {
+            certify(ctx, &made.surface, &index, &made.quads, edge_length).map_err(RemeshError::from)
+        })?;
     if !certificate.certified {
         let cause: Vec<String> = certificate.violations.iter().map(ToString::to_string).collect();
         return Err(RemeshError::NotCertified { cause: cause.join("; ") });
@@ -214,7 +216,9 @@ fn made_symmetric(
                 let late = (ctx.stopped() == Some(StopReason::Deadline)).then(|| ctx.late());
                 let ctx = late.as_ref().unwrap_or(ctx);
                 let index = SurfaceIndex::new(&made.surface.mesh);
-                let certificate = ctx.stage(Stage::Certify, |ctx| certify(ctx, &made.surface, &index, &made.quads))?;
+                let certificate = ctx.stage(Stage::Certify, |ctx| {
+                    certify(ctx, &made.surface, &index, &made.quads, edge_length)
+                })?;
                 match certificate.violations.first() {
                     None => return Ok(Some(made)),
                     Some(violation) => violation.to_string(),

@@ -20,6 +20,9 @@ pub struct Problem {
     pub halfedges: Arc<[u32]>,
     /// Length of a quad edge in model units.
     pub edge_length: f64,
+    /// Edge length by which distances are judged, in model units: the component's own as it was asked for, or that of the
+    /// whole where it is shorter.
+    pub judged_edge: f64,
     /// Area over squared edge length.
     pub quads: f64,
     /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.

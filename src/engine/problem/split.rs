@@ -66,6 +66,7 @@ pub fn split(
         sizes if sizes.is_empty() => part.surface.mesh.total_area(),
         sizes => quads_of(&part.surface.mesh, &sizes),
     };
+    let whole_edge = edge_length;
     let edge_length = if keeps_count && parts.len() > 1 {
         let quads = |part| (area_of(part) / (edge_length * edge_length), least_quads(&part.surface.mesh));
         edge_length * stretch(&parts.iter().map(quads).collect::<Vec<_>>())
@@ -88,6 +89,7 @@ pub fn split(
             vertices: part.vertices.into(),
             halfedges: part.halfedges.into(),
             edge_length,
+            judged_edge: edge_length.min(whole_edge),
             quads: area / (edge_length * edge_length),
             log_size,
             refined: refined.into(),

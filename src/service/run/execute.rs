@@ -147,7 +147,13 @@ fn write(ctx: &RunContext, outcome: Outcome, scene: &Scene, wanted: &Wanted, pro
             quads.push((format, bytes));
             continue;
         }
-        let certificate = certify(&ctx.span(before + share, before + share + proof), &outcome.surface, &index, &again)?;
+        let certificate = certify(
+            &ctx.span(before + share, before + share + proof),
+            &outcome.surface,
+            &index,
+            &again,
+            outcome.report.edge_length,
+        )?;
         if certificate.certified {
             quads.push((format, bytes));
             proved.get_or_insert(again);
