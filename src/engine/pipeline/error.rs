@@ -15,6 +15,16 @@ pub enum RemeshError {
     /// The run was stopped.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// The deadline passed while a component had no certified quads yet.
+    #[error("{stop}; tried for component {component}: {causes}")]
+    OutOfTime {
+        /// The component, in order of first faces.
+        component: usize,
+        /// What was tried, and why it failed.
+        causes: String,
+        /// The reason of the stop.
+        stop: Cancelled,
+    },
     /// The target cannot be met: the model has no size to divide by.
     #[error("a target edge length of {edge_length} asks for about {quads:.0} quads; the limit is {limit:.0}")]
     TooManyQuads {
@@ -60,7 +70,7 @@ impl RemeshError {
     pub fn stage(&self) -> Stage {
         match self {
             Self::Condition(_) | Self::NotSymmetric { .. } => Stage::Condition,
-            Self::Cancelled(_) | Self::TooManyQuads { .. } => Stage::Refine,
+            Self::Cancelled(_) | Self::OutOfTime { .. } | Self::TooManyQuads { .. } => Stage::Refine,
             Self::NoQuads { .. } | Self::NotCertified { .. } => Stage::Certify,
         }
     }
@@ -70,9 +80,16 @@ impl Blame for RemeshError {
     fn fault(&self) -> Fault {
         match self {
             Self::Condition(e) => e.fault(),
-            Self::Cancelled(_) => Fault::Cancelled,
+            Self::Cancelled(_) | Self::OutOfTime { .. } => Fault::Cancelled,
             Self::TooManyQuads { .. } => Fault::Limit,
             Self::NoQuads { .. } | Self::NotCertified { .. } | Self::NotSymmetric { .. } => Fault::Unsatisfiable,
+        }
+    }
+
+    fn tried(&self) -> Option<String> {
+        match self {
+            Self::OutOfTime { component, causes, .. } => Some(format!("component {component}: {causes}")),
+            _ => None,
         }
     }
 

@@ -7,7 +7,7 @@ use crate::engine::methods::quad_cover::QuadCover;
 use crate::engine::methods::{MethodRef, Parameters, Value};
 use crate::engine::pipeline::attempt::Attempt;
 use crate::engine::pipeline::remedies::{Case, Diagnosis, REMEDIES};
-use crate::engine::pipeline::sure::{AT_THE_DEADLINE, Keep, SURE};
+use crate::engine::pipeline::sure::{Keep, Sure, at_the_deadline, sure_methods};
 use crate::engine::problem::{Align, Boundary, Optimise, Problem, Wishes, WorkingMesh, split};
 use crate::engine::run::RunContext;
 
@@ -111,16 +111,25 @@ fn fields_get_smoother_and_quads_more() {
 #[test]
 fn sure_methods_are_asked_as_their_rows_say() {
     let cube = problem("cube", 600.0);
-    for sure in SURE.iter().chain([AT_THE_DEADLINE]) {
-        let attempt = sure.attempt(&cube, true).unwrap();
+    let all = sure_methods(&cube, true);
+    for sure in all.iter().chain(&at_the_deadline(&cube, true)) {
+        let attempt = sure.attempt(&cube);
         let fidelity = attempt.method.0.parameters().iter().find(|p| p.name == "fidelity").unwrap();
         assert_eq!(attempt.parameters.get(fidelity), Value::Choice(sure.fidelity));
         assert_eq!(attempt.problem.surface.features.edges.is_empty(), sure.features == Keep::None);
         assert_eq!(attempt.problem.wishes.boundary, Boundary::Align);
-        assert_eq!(sure.attempt(&cube, false).is_some(), sure.features == Keep::All, "the user's edges stay");
         let again = sure.again(&attempt, &[cube.surface.mesh.position(0)]);
         assert_eq!(again.is_some(), !sure.is_exact(), "the triangles of the input are what they are");
         assert!(sure.again(&attempt, &[]).is_none());
     }
-    assert!(SURE.is_sorted_by_key(|sure| sure.is_exact()), "the input's own triangles come last");
+    assert!(all.is_sorted_by_key(Sure::is_exact), "the input's own triangles come last");
+    // Where nothing is to be given up, each method is asked once, and none follows less than all.
+    let sphere = problem("sphere", 600.0);
+    for rows in [sure_methods(&cube, false), sure_methods(&sphere, true)] {
+        let mut names: Vec<_> = rows.iter().map(|sure| (sure.method.name(), sure.fidelity)).collect();
+        assert_eq!(names.len(), 4);
+        names.dedup();
+        assert_eq!(names.len(), 4);
+        assert!(rows.iter().all(|sure| sure.features == Keep::All), "the user's edges stay");
+    }
 }

@@ -20,7 +20,7 @@ use crate::engine::pipeline::finding::Finding;
 use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
 use crate::engine::pipeline::report::{FeatureReport, InputReport, Repairs, Report};
 use crate::engine::pipeline::sizing::sizes;
-use crate::engine::pipeline::solve::{Solution, solve};
+use crate::engine::pipeline::solve::{Solution, Stopped, solve};
 use crate::engine::pipeline::spec::{NonOrientable, RemeshSpec, Target};
 use crate::engine::pipeline::symmetry::{Fold, fold, unfold_map, unfold_quads, unfold_surface};
 use crate::engine::problem::{Problem, split};
@@ -321,15 +321,19 @@ fn solve_all(ctx: &RunContext, problems: &[Problem], spec: &RemeshSpec) -> Resul
     let parts = ctx.stages(Stage::Refine, Stage::Optimise).side_by_side(&weights);
     let mut order: Vec<usize> = (0..problems.len()).collect();
     order.sort_by(|&a, &b| problems[b].quads.total_cmp(&problems[a].quads).then(a.cmp(&b)));
+    let stopped = |component: usize, Stopped { stop, causes }| match causes.is_empty() {
+        true => RemeshError::Cancelled(stop),
+        false => RemeshError::OutOfTime { component, causes: causes.join("; "), stop },
+    };
     let mut solved: Vec<(usize, Result<Solution, String>)> = order
         .into_par_iter()
         .with_max_len(1)
         .map(|c| {
-            let result = solve(&parts[c], &problems[c], spec)?;
+            let result = solve(&parts[c], &problems[c], spec).map_err(|e| stopped(c, e))?;
             parts[c].advance(1.0);
             Ok((c, result))
         })
-        .collect::<Result<_, Cancelled>>()?;
+        .collect::<Result<_, RemeshError>>()?;
     solved.sort_by_key(|(c, _)| *c);
     solved
         .into_iter()

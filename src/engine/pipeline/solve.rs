@@ -1,5 +1,6 @@
 //! One component, from the problem to its quads: methods propose, one judge chooses, the best is kept.
 
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use glam::DVec3;
@@ -13,7 +14,7 @@ use crate::engine::pipeline::plan::{Plan, costs};
 use crate::engine::pipeline::polish::{Depth, Polisher};
 use crate::engine::pipeline::remedies::{Diagnosis, has_boundary};
 use crate::engine::pipeline::spec::RemeshSpec;
-use crate::engine::pipeline::sure::{AT_THE_DEADLINE, Keep, STANDBY, SURE, Sure};
+use crate::engine::pipeline::sure::{STANDBY, Sure, at_the_deadline, sure_methods};
 use crate::engine::problem::{Boundary, Problem};
 use crate::engine::quad::QuadDraft;
 use crate::engine::run::{Cancelled, RunContext, StopReason, Warning, WarningKind};
@@ -28,6 +29,20 @@ pub(super) struct Solution {
     /// The features that the quads keep, where some of the component's were given up.
     pub(super) kept_features: Option<Features>,
     pub(super) warnings: Vec<Warning>,
+}
+
+/// A component has no certified quads, and there is no time left.
+#[derive(Debug)]
+pub(super) struct Stopped {
+    pub(super) stop: Cancelled,
+    /// Why attempts failed, in order; none where the run was stopped for another reason.
+    pub(super) causes: Vec<String>,
+}
+
+impl From<Cancelled> for Stopped {
+    fn from(stop: Cancelled) -> Self {
+        Self { stop, causes: Vec::new() }
+    }
 }
 
 /// Quads of an attempt, judged.
@@ -48,7 +63,7 @@ pub(super) fn solve(
     ctx: &RunContext,
     problem: &Problem,
     spec: &RemeshSpec,
-) -> Result<Result<Solution, String>, Cancelled> {
+) -> Result<Result<Solution, String>, Stopped> {
     let method = if is_box(problem) { MethodRef(&Cuboid) } else { spec.method };
     let mut search = Search {
         whole: problem,
@@ -58,10 +73,17 @@ pub(super) fn solve(
         map: None,
         warnings: Vec::new(),
         causes: Vec::new(),
-        sure: 0,
+        sure: VecDeque::new(),
+        asked: 0,
     };
+    search.sure = sure_methods(problem, search.may_give_up()).into();
     match search.run(ctx) {
-        Err(stop @ Cancelled(StopReason::Deadline)) => search.cut(ctx, stop)?,
+        Err(stop @ Cancelled(StopReason::Deadline)) => match search.cut(ctx, stop) {
+            Err(stop @ Cancelled(StopReason::Deadline | StopReason::Overtime)) => {
+                return Err(Stopped { stop, causes: search.causes });
+            }
+            cut => cut?,
+        },
         done => done?,
     }
     Ok(search.solution())
@@ -92,8 +114,9 @@ struct Search<'a> {
     warnings: Vec<Warning>,
     /// Why attempts failed, in order.
     causes: Vec<String>,
-    /// How many of the sure methods were asked.
-    sure: usize,
+    /// The sure methods that were not asked yet, and how many were.
+    sure: VecDeque<Sure>,
+    asked: usize,
 }
 
 impl Search<'_> {
@@ -129,16 +152,19 @@ impl Search<'_> {
     /// Asks the first so many sure methods that were not asked yet until there is something certified: each again with
     /// smaller quads where it failed.
     fn stand_by(&mut self, ctx: &RunContext, methods: usize) -> Result<(), Cancelled> {
-        while self.sure < methods && !self.is_certified() {
-            self.ask(ctx, &SURE[self.sure])?;
+        while self.asked < methods
+            && !self.is_certified()
+            && let Some(sure) = self.sure.pop_front()
+        {
+            self.ask(ctx, &sure)?;
         }
         Ok(())
     }
 
-    /// Asks the next sure method, and again with smaller quads where it failed as long as that leaves half the places.
+    /// Asks a sure method, and again with smaller quads where it failed as long as that leaves half the places.
     fn ask(&mut self, ctx: &RunContext, sure: &Sure) -> Result<(), Cancelled> {
-        self.sure += 1;
-        let mut next = sure.attempt(self.whole, self.may_give_up());
+        self.asked += 1;
+        let mut next = Some(sure.attempt(self.whole));
         let mut most = usize::MAX;
         while let Some(attempt) = next.take() {
             let (diagnosis, places) = self.attempt(ctx, &attempt, Depth::Valid)?;
@@ -154,11 +180,11 @@ impl Search<'_> {
     /// the count only if all do, and polished after all.
     fn settle(&mut self, ctx: &RunContext) -> Result<(), Cancelled> {
         let misses = |best: &Candidate| best.judged.quality.is_substitute && best.judged.quality.misses_count;
-        while let Some(sure) = SURE.get(self.sure) {
+        while let Some(sure) = self.sure.pop_front() {
             if self.is_certified() && (sure.is_exact() || !self.best.as_ref().is_some_and(misses)) {
                 break;
             }
-            self.ask(ctx, sure)?;
+            self.ask(ctx, &sure)?;
         }
         match self.best.as_ref().filter(|best| best.judged.is_certified() && best.depth == Depth::Valid) {
             Some(best) => self.attempt(ctx, &best.attempt.clone(), Depth::Best).map(|_| ()),
@@ -241,10 +267,8 @@ impl Search<'_> {
         }
         let effect = "there was no time for better quads than split triangles".to_owned();
         self.warnings.push(WarningKind::Deadline { effect }.into());
-        for features in [Keep::All, Keep::None] {
-            let sure = Sure { features, ..*AT_THE_DEADLINE };
-            let Some(attempt) = sure.attempt(self.whole, self.may_give_up()) else { continue };
-            self.attempt(&ctx.late(), &attempt, Depth::Valid)?;
+        for sure in at_the_deadline(self.whole, self.may_give_up()) {
+            self.attempt(&ctx.late(), &sure.attempt(self.whole), Depth::Valid)?;
             if self.is_certified() {
                 return Ok(());
             }

@@ -19,6 +19,10 @@ pub enum Fault {
 pub trait Blame: std::error::Error {
     /// Whose fault it is.
     fn fault(&self) -> Fault;
+    /// What was tried before a run was stopped, and why it failed.
+    fn tried(&self) -> Option<String> {
+        None
+    }
     /// At most 20 offending elements in the numbering of the input (vertices or faces, as the message says).
     fn elements(&self) -> Vec<u64> {
         Vec::new()

@@ -233,7 +233,13 @@ pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option
         Fault::Unsatisfiable => ProblemKind::NoQuadMesh,
         Fault::Limit => ProblemKind::MeshTooLarge,
         // Where a run happened to be when it was stopped is not where anything is wrong.
-        Fault::Cancelled => return Problem::stopped(stopped.unwrap_or(StopReason::Client)),
+        Fault::Cancelled => {
+            let mut problem = Problem::stopped(stopped.unwrap_or(StopReason::Client));
+            if let Some(tried) = error.tried() {
+                problem.detail = format!("{} Tried so far: {tried}.", problem.detail);
+            }
+            return problem;
+        }
         Fault::Internal => return Problem { stage: stage.map(Stage::name), ..Problem::internal() },
     };
     let mut elements = error.elements();
