@@ -4,6 +4,7 @@ use crate::engine::certify::segments::{Segment, SegmentIndex};
 use crate::engine::certify::shape::mean;
 use crate::engine::certify::{Check, QuadTopology, Violation};
 use crate::engine::mesh::{Surface, TriMesh};
+use crate::engine::numerics::DisjointSets;
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
@@ -371,15 +372,16 @@ fn is_chain(judged: &[(&[u32], bool)], links: &[u32], edges: &[[u32; 2]], ends: 
     vertices.sort_unstable();
     vertices.dedup();
     let local = |v: u32| vertices.binary_search(&v).ok();
-    let mut parent: Vec<usize> = (0..vertices.len()).collect();
+    let mut chains = DisjointSets::new(vertices.len());
     for &e in &chosen {
-        let [a, b] = edges[e as usize].map(|v| local(v).map_or(0, |i| root(&mut parent, i)));
-        parent[a.max(b)] = a.min(b);
+        let [a, b] = edges[e as usize].map(|v| local(v).map_or(0, |i| i as u32));
+        chains.join(a, b);
     }
+    let chain = chains.names();
     let mut covered = vec![0usize; vertices.len()];
     for (candidates, _) in judged.iter().filter(|j| !j.1) {
         let mut roots: Vec<usize> =
-            candidates.iter().filter_map(|&e| local(edges[e as usize][0])).map(|i| root(&mut parent, i)).collect();
+            candidates.iter().filter_map(|&e| local(edges[e as usize][0])).map(|i| chain[i] as usize).collect();
         roots.sort_unstable();
         roots.dedup();
         for r in roots {
@@ -387,28 +389,20 @@ fn is_chain(judged: &[(&[u32], bool)], links: &[u32], edges: &[[u32; 2]], ends: 
         }
     }
     let enough = COVERED * judged.iter().filter(|j| !j.1).count() as f64;
-    let roots: Vec<usize> = (0..vertices.len()).map(|i| root(&mut parent, i)).collect();
     let longest_gap = |r: usize| {
         let (mut longest, mut gap) = (0, 0);
         for (candidates, _) in judged.iter().filter(|j| !j.1) {
-            let is_covered = candidates.iter().filter_map(|&e| local(edges[e as usize][0])).any(|i| roots[i] == r);
+            let is_covered =
+                candidates.iter().filter_map(|&e| local(edges[e as usize][0])).any(|i| chain[i] as usize == r);
             gap = if is_covered { 0 } else { gap + 1 };
             longest = longest.max(gap);
         }
         longest
     };
     (0..vertices.len()).any(|r| {
-        let mut touches = |end: Option<&[u32]>| {
-            end.is_none_or(|at| at.iter().any(|&v| local(v).is_some_and(|i| root(&mut parent, i) == r)))
+        let touches = |end: Option<&[u32]>| {
+            end.is_none_or(|at| at.iter().any(|&v| local(v).is_some_and(|i| chain[i] as usize == r)))
         };
         covered[r] as f64 >= enough && touches(ends[0]) && touches(ends[1]) && longest_gap(r) <= GAP
     })
-}
-
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
 }

@@ -3,6 +3,7 @@
 use crate::engine::certify::Defect;
 use crate::engine::certify::shape::corners;
 use crate::engine::mesh::{SurfaceIndex, TriMesh};
+use crate::engine::numerics::Random;
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
@@ -112,7 +113,7 @@ fn samples(mesh: &TriMesh, n: usize, salt: u64) -> Vec<(DVec3, u32)> {
     let mut points = Vec::with_capacity(n);
     let (mut face, mut area_before) = (0, 0.0);
     for i in 0..n as u64 {
-        let [jitter, r, s] = [0, 1, 2].map(|k| unit((salt << 32) | (3 * i + k)));
+        let [jitter, r, s] = [0, 1, 2].map(|k| Random::at(0, (salt << 32) | (3 * i + k)).unit());
         let wanted = (i as f64 + jitter) / n as f64 * total;
         while face + 1 < mesh.n_faces() && area_before + mesh.area(face) < wanted {
             area_before += mesh.area(face);
@@ -125,12 +126,4 @@ fn samples(mesh: &TriMesh, n: usize, salt: u64) -> Vec<(DVec3, u32)> {
         }
     }
     points
-}
-
-/// A number in [0, 1) that depends on nothing but its argument (splitmix64).
-fn unit(index: u64) -> f64 {
-    let mut z = index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ z >> 31) >> 11) as f64 / (1u64 << 53) as f64
 }

@@ -17,6 +17,7 @@ mod boundary;
 mod certificate;
 mod check;
 mod components;
+mod crossings;
 mod curves;
 mod distance;
 mod footprint;
@@ -34,6 +35,7 @@ mod tests;
 
 pub use certificate::{Certificate, certify};
 pub use check::{Check, Violation};
+pub use crossings::new_crossings;
 pub use curves::corner_reach;
 pub use judge::{Defect, QuadJudge, Stance};
 pub use report::QuadReport;

@@ -16,6 +16,7 @@ use crate::engine::field::turning::{Turning, edge_weight};
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::Cholesky;
 use crate::engine::numerics::HermitianMatrix;
+use crate::engine::numerics::Random;
 use crate::engine::run::RunContext;
 use faer::c64;
 
@@ -362,13 +363,8 @@ fn smallest_eigenvector(ctx: &RunContext, mesh: &TriMesh, system: &mut System) -
     let n = system.n;
     let factor = system.factor(&vec![1e-8 * scale; mesh.n_faces()])?;
     // A start without symmetry, the same in every run with this seed.
-    let mut state = ctx.seed() ^ 0x9e37_79b9_7f4a_7c15;
-    let mut x: Vec<c64> = (0..n)
-        .map(|_| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            unit((state >> 11) as f64 / (1u64 << 53) as f64 * std::f64::consts::TAU)
-        })
-        .collect();
+    let mut random = Random::new(ctx.seed());
+    let mut x: Vec<c64> = (0..n).map(|_| unit(random.unit() * std::f64::consts::TAU)).collect();
     for _ in 0..20 {
         ctx.check()?;
         factor.solve(&mut x);

@@ -4,6 +4,7 @@ use crate::engine::mend::ground::Ground;
 use crate::engine::mend::patch::{Freedom, Patch};
 use crate::engine::mend::refill::insert;
 use crate::engine::mend::words::pieces;
+use crate::engine::numerics::Random;
 use crate::engine::quad::fill::Pattern;
 use crate::engine::quad::improve::{Change, QuadNet, candidates};
 use crate::engine::quad::{Anchor, QuadDraft};
@@ -25,12 +26,9 @@ pub(super) enum Fault {
 
 pub(super) const FAULTS: [Fault; 5] = [Fault::Flip, Fault::Fold, Fault::Turn, Fault::Refill, Fault::Pinch];
 
-/// A number that depends on nothing but its argument (splitmix64).
+/// A number that depends on nothing but its argument.
 pub(super) fn scatter(index: u64) -> u64 {
-    let mut z = index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ z >> 31
+    Random::at(0, index).bits()
 }
 
 /// The draft with a fault at a place chosen by `seed`; `None` where that fault cannot be made there.

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use crate::engine::mesh::ShortestPaths;
 use crate::engine::mesh::TriMesh;
+use crate::engine::numerics::DisjointSets;
 use crate::engine::run::{Cancelled, RunContext};
 
 /// A handle with a short loop.
@@ -41,26 +42,16 @@ pub fn small_handles(ctx: &RunContext, mesh: &TriMesh, longest: f64) -> Result<V
     let mut outside = vec![0; mesh.n_halfedges()];
     let loops = mesh.boundary_loops();
     loops.iter().enumerate().for_each(|(i, halfedges)| halfedges.iter().for_each(|&h| outside[h] = i));
-    let mut parent: Vec<usize> = (0..mesh.n_faces() + loops.len()).collect();
+    let mut faces = DisjointSets::new(mesh.n_faces() + loops.len());
     let mut small = Vec::new();
     for h in edges {
         let other = mesh.twin(h).map_or(mesh.n_faces() + outside[h], |t| t / 3);
-        let (a, b) = (root(&mut parent, h / 3), root(&mut parent, other));
-        if a != b {
-            parent[a] = b;
-        } else if let Some(handle) = around(&paths, mesh, h, longest) {
+        let is_handle = !faces.join(h as u32 / 3, other as u32);
+        if is_handle && let Some(handle) = around(&paths, mesh, h, longest) {
             small.push(handle);
         }
     }
     Ok(small)
-}
-
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
 }
 
 /// The loop through an edge, if it is shorter than `longest`.

@@ -115,6 +115,11 @@ impl SurfaceIndex {
         self.closest_where(p, f64::INFINITY, |_| true).unwrap_or(nothing)
     }
 
+    /// The hierarchy of its faces.
+    pub fn tree(&self) -> &FaceTree {
+        &self.tree
+    }
+
     /// As [`FaceTree::closest_where`].
     pub fn closest_where(&self, p: DVec3, max_distance: f64, accept: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
         self.tree.closest_where(p, max_distance, accept)
@@ -174,6 +179,32 @@ impl FaceTree {
             }
         }
         best.map(|(face, barycentric, position)| SurfacePoint { face, barycentric, position, distance: bound.sqrt() })
+    }
+}
+
+impl FaceTree {
+    /// Calls `visit` with the name and the corners of every triangle whose bounding box meets that of these points, each
+    /// once, in an order that depends on nothing but the tree.
+    pub fn meeting(&self, points: &[DVec3; 3], mut visit: impl FnMut(u32, &[DVec3; 3])) {
+        let [a, b, c] = *points;
+        let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
+        let mut stack: Vec<u32> = if self.nodes.is_empty() { Vec::new() } else { vec![0] };
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            if !(node.lo.cmple(hi).all() && node.hi.cmpge(lo).all()) {
+                continue;
+            }
+            if node.count == 0 {
+                stack.extend([at + 1, node.start]);
+                continue;
+            }
+            for i in node.start as usize..(node.start + node.count) as usize {
+                let [a, b, c] = self.triangles[i];
+                if a.min(b).min(c).cmple(hi).all() && a.max(b).max(c).cmpge(lo).all() {
+                    visit(self.faces[i], &self.triangles[i]);
+                }
+            }
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::engine::attributes::Preserve;
 use crate::engine::mesh::shapes::sample;
 use crate::engine::mesh::{Influences, NONE, SurfaceIndex, TriMesh, TriangleSoup};
+use crate::engine::numerics::Random;
 use crate::engine::pipeline::{Outcome, RemeshSpec, Target, remesh};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::RunContext;
@@ -25,13 +26,9 @@ fn linear(p: DVec3) -> [f32; 4] {
 fn random_points(soup: &TriangleSoup, quads: &QuadMesh, mut visit: impl FnMut(DVec3, [([u32; 3], [f64; 3]); 2])) {
     let faces: Vec<[u32; 3]> = quads.quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     let mesh = TriMesh::try_new(quads.positions.clone(), faces).unwrap();
-    let (index, mut seed) = (SurfaceIndex::new(&mesh), 1u64);
+    let (index, mut random) = (SurfaceIndex::new(&mesh), Random::new(1));
     for polygon in soup.polygons() {
-        let mut unit = || {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (seed >> 33) as f64 / (1u64 << 31) as f64
-        };
-        let (r, s) = (unit().sqrt(), unit());
+        let (r, s) = (random.unit().sqrt(), random.unit());
         let weights = [1.0 - r, r * (1.0 - s), r * s];
         let corners = [polygon[0], polygon[1], polygon[2]];
         let p = (0..3).map(|k| weights[k] * soup.positions[corners[k] as usize]).sum();

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::engine::attributes::{Origin, Preserve, QuadAttributes, carry, corner_normals};
-use crate::engine::certify::certify;
+use crate::engine::certify::{certify, new_crossings};
 use crate::engine::field::strokes_off_surface;
 use crate::engine::mesh::Conditioned;
 use crate::engine::mesh::Features;
@@ -93,10 +93,9 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let ctx = late.as_ref().unwrap_or(ctx);
     warnings.extend(made.warnings);
     let index = SurfaceIndex::new(&made.surface.mesh);
-    let certificate =
-        ctx.stage(Stage::Certify, |ctx| {
-            certify(ctx, &made.surface, &index, &made.quads, edge_length).map_err(RemeshError::from)
-        })?;
+    let certificate = ctx.stage(Stage::Certify, |ctx| {
+        certify(ctx, &made.surface, &index, &made.quads, edge_length).map_err(RemeshError::from)
+    })?;
     if !certificate.certified {
         let cause: Vec<String> = certificate.violations.iter().map(ToString::to_string).collect();
         return Err(RemeshError::NotCertified { cause: cause.join("; ") });
@@ -125,6 +124,13 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
         normals => attributes.normals = normals?,
     }
     let features = FeatureReport::of(&surface.mesh, &dropped, &made.given_up, made.surface.features.edges.len());
+    let crossings = ctx.stage(Stage::Certify, |ctx| {
+        new_crossings(ctx, &made.surface.mesh, &index, &made.quads, edge_length).map_err(RemeshError::from)
+    })?;
+    if !crossings.is_empty() {
+        let kind = WarningKind::SheetsIntersect { pairs: crossings.len() };
+        warnings.push(Warning::new(kind, None, &crossings));
+    }
     let result = Finding { quads: &made.quads, certificate: &certificate, surface: &made.surface, edge_length };
     warnings.extend(result.warnings(spec, &features));
     let topology = surface.mesh.topology();
@@ -216,9 +222,8 @@ fn made_symmetric(
                 let late = (ctx.stopped() == Some(StopReason::Deadline)).then(|| ctx.late());
                 let ctx = late.as_ref().unwrap_or(ctx);
                 let index = SurfaceIndex::new(&made.surface.mesh);
-                let certificate = ctx.stage(Stage::Certify, |ctx| {
-                    certify(ctx, &made.surface, &index, &made.quads, edge_length)
-                })?;
+                let certificate =
+                    ctx.stage(Stage::Certify, |ctx| certify(ctx, &made.surface, &index, &made.quads, edge_length))?;
                 match certificate.violations.first() {
                     None => return Ok(Some(made)),
                     Some(violation) => violation.to_string(),

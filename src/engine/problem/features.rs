@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::engine::mesh::{Features, Surface, closest_on_segment};
+use crate::engine::numerics::DisjointSets;
 use crate::engine::problem::Problem;
 
 /// Feature curves shorter than this many quad edges are given up as a whole, or than this many radii if that is less.
@@ -71,23 +72,15 @@ impl Problem {
 
 /// Per edge, the first edge of its curve: edges that meet where there is no corner.
 fn curves(edges: &[[u32; 2]], corners: &[u32]) -> Vec<usize> {
-    let mut parent: Vec<usize> = (0..edges.len()).collect();
+    let mut curves = DisjointSets::new(edges.len());
     let mut ends: Vec<(u32, usize)> = edges.iter().enumerate().flat_map(|(e, v)| [(v[0], e), (v[1], e)]).collect();
     ends.sort_unstable();
     for group in ends.chunk_by(|a, b| a.0 == b.0) {
         if let [(v, e), (_, f)] = *group
             && corners.binary_search(&v).is_err()
         {
-            let (e, f) = (root(&parent, e), root(&parent, f));
-            parent[e.max(f)] = e.min(f);
+            curves.join(e as u32, f as u32);
         }
     }
-    (0..edges.len()).map(|e| root(&parent, e)).collect()
-}
-
-fn root(parent: &[usize], mut e: usize) -> usize {
-    while parent[e] != e {
-        e = parent[e];
-    }
-    e
+    curves.names().into_iter().map(|e| e as usize).collect()
 }

@@ -88,6 +88,10 @@ warnings! { // code { numbers } [ texts ], message
     /// Quads and surface are further apart than two quad edges.
     Far = "far" { edges: f64, distance: f64 } [],
         "the quads and the surface are up to {edges:.1} quad edges apart ({distance:.4} of the diagonal)";
+    /// Quads pass through each other where the input does not: its sheets lie closer together than the quads are large.
+    SheetsIntersect = "sheets-intersect" { pairs: usize } [],
+        "{pairs} pairs of quads pass through each other where the input does not: its sheets lie closer together than the \
+         quads are large; more quads keep them apart";
     /// The deadline passed, and the best certified result so far is delivered.
     Deadline = "deadline" {} [effect],
         "the deadline passed: {effect}";

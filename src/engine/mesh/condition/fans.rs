@@ -7,23 +7,23 @@ use crate::engine::mesh::condition::draft::Draft;
 use crate::engine::mesh::condition::edges::runs;
 use crate::engine::mesh::condition::edges::sorted_sides;
 use crate::engine::mesh::condition::tally::Tally;
-use crate::engine::mesh::condition::weld::find;
-use crate::engine::mesh::condition::weld::join;
 use crate::engine::mesh::next;
+use crate::engine::numerics::DisjointSets;
 
 /// Gives every fan of faces that hang together around a vertex its own copy of the vertex. The sides must be joined
 /// with opposite senses. Copies follow the order of the vertices and then of their first corners; vertices without
 /// faces go.
 pub(super) fn split_fans(draft: Draft, tally: &mut Tally) -> Draft {
     let n = draft.twin.len();
-    let mut fan: Vec<u32> = (0..n as u32).collect();
+    let mut fan = DisjointSets::new(n);
     for (h, &t) in draft.twin.iter().enumerate() {
         if t != NONE && h < t as usize {
-            join(&mut fan, h as u32, next(t as usize) as u32);
-            join(&mut fan, next(h) as u32, t);
+            fan.join(h as u32, next(t as usize) as u32);
+            fan.join(next(h) as u32, t);
         }
     }
-    // The root of a fan is its lowest corner.
+    // The name of a fan is its lowest corner.
+    let fan = fan.names();
     let mut roots: Vec<(u32, u32)> =
         (0..n as u32).filter(|&c| fan[c as usize] == c).map(|c| (draft.start(c), c)).collect();
     roots.sort_unstable();
@@ -31,8 +31,8 @@ pub(super) fn split_fans(draft: Draft, tally: &mut Tally) -> Draft {
     for (i, &(_, c)) in roots.iter().enumerate() {
         name[c as usize] = i as u32;
     }
-    let vertex = |c: usize, fan: &mut [u32]| name[find(fan, c as u32) as usize];
-    let faces = (0..draft.faces.len()).map(|f| [0, 1, 2].map(|k| vertex(3 * f + k, &mut fan))).collect();
+    let vertex = |c: usize| name[fan[c] as usize];
+    let faces = (0..draft.faces.len()).map(|f| [0, 1, 2].map(|k| vertex(3 * f + k))).collect();
     let places = roots.chunk_by(|a, b| a.0 == b.0).count();
     tally.add("vertex_copies_made", roots.len() - places);
     Draft {

@@ -10,6 +10,7 @@ use crate::engine::mesh::condition::edges::sorted_sides;
 use crate::engine::mesh::condition::edges::target;
 use crate::engine::mesh::condition::tally::Tally;
 use crate::engine::mesh::condition::triangulate::Triangles;
+use crate::engine::numerics::DisjointSets;
 
 /// Distance, relative to the model's diagonal, below which two boundary edges are taken for one.
 const CLOSE: f64 = 1e-7;
@@ -83,32 +84,32 @@ fn weld_close(corners: &[[u32; 3]], positions: &[DVec3], reach: f64) -> Vec<u32>
     let mut cluster = near(&vertices, positions, reach);
     let mut keyed: Vec<(u64, u32)> = boundary
         .iter()
-        .map(|&h| (find(&mut cluster, origin(corners, h)), find(&mut cluster, target(corners, h)), h))
+        .map(|&h| (cluster.find(origin(corners, h)), cluster.find(target(corners, h)), h))
         .filter(|&(a, b, _)| a != b)
         .map(|(a, b, h)| (edge_key(a, b), h))
         .collect();
     keyed.sort_unstable();
-    let mut into: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut into = DisjointSets::new(positions.len());
     for pair in keyed.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() == 2) {
         let [(_, h), (_, t)] = [pair[0], pair[1]];
         for a in [origin(corners, h), target(corners, h)] {
             for b in [origin(corners, t), target(corners, t)] {
-                if find(&mut cluster, a) == find(&mut cluster, b) {
-                    join(&mut into, a, b);
+                if cluster.find(a) == cluster.find(b) {
+                    into.join(a, b);
                 }
             }
         }
     }
-    (0..positions.len() as u32).map(|v| find(&mut into, v)).collect()
+    into.names()
 }
 
-/// Sets of the listed vertices chained by distances below `reach`, as parents of a union-find over all positions.
-fn near(vertices: &[u32], positions: &[DVec3], reach: f64) -> Vec<u32> {
+/// Sets of the listed vertices chained by distances below `reach`, among all positions.
+fn near(vertices: &[u32], positions: &[DVec3], reach: f64) -> DisjointSets {
     // Cells wider than the reach: a vertex meets at most two per axis.
     let cell = |p: DVec3| (p / (4.0 * reach)).floor().to_array().map(|x| x as i64);
     let mut cells: Vec<([i64; 3], u32)> = vertices.iter().map(|&v| (cell(positions[v as usize]), v)).collect();
     cells.sort_unstable();
-    let mut cluster: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut cluster = DisjointSets::new(positions.len());
     for &v in vertices {
         let p = positions[v as usize];
         let (lo, hi) = (cell(p - DVec3::splat(reach)), cell(p + DVec3::splat(reach)));
@@ -122,27 +123,12 @@ fn near(vertices: &[u32], positions: &[DVec3], reach: f64) -> Vec<u32> {
             // A crowd within the reach of one vertex is a model without size there: no need to look at all of it.
             for &(_, w) in cells[start..].iter().take(64).take_while(|c| c.0 == wanted) {
                 if v < w && positions[w as usize].distance(p) <= reach {
-                    join(&mut cluster, v, w);
+                    cluster.join(v, w);
                 }
             }
         }
     }
     cluster
-}
-
-/// Root of `v`, halving the path.
-pub(super) fn find(parent: &mut [u32], mut v: u32) -> u32 {
-    while parent[v as usize] != v {
-        parent[v as usize] = parent[parent[v as usize] as usize];
-        v = parent[v as usize];
-    }
-    v
-}
-
-/// Joins two sets; the lower root stays root, so that results do not depend on the order of joins.
-pub(super) fn join(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (find(parent, a), find(parent, b));
-    parent[a.max(b) as usize] = a.min(b);
 }
 
 /// Renames the corners; returns how many of the vertices in use went into another.

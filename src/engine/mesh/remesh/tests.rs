@@ -4,6 +4,7 @@ use crate::engine::mesh::remesh::edit::EditMesh;
 use crate::engine::mesh::remesh::samples::{self, feature_length, flags_per_face};
 use crate::engine::mesh::remesh::{IsotropicOptions, remesh_isotropic, remesh_with_middles};
 use crate::engine::mesh::{Surface, SurfaceIndex};
+use crate::engine::numerics::Random;
 use crate::engine::run::{Cancelled, RunContext, StopReason};
 
 /// Largest distance from samples of one surface to the other.
@@ -117,10 +118,9 @@ fn any_sequence_of_operations_keeps_the_tables_and_the_topology() {
     for (name, surface) in samples::all() {
         let mut mesh = EditMesh::new(&surface);
         let (mut fan_a, mut fan_b) = (Vec::new(), Vec::new());
-        let (mut state, mut done) = (1u64, [0; 3]);
+        let (mut random, mut done) = (Random::new(1), [0; 3]);
         for round in 0..3000 {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            let h = (state >> 33) as usize % (3 * mesh.faces.len());
+            let h = random.below(3 * mesh.faces.len());
             if !mesh.is_alive(h / 3) {
                 continue;
             }

@@ -3,6 +3,7 @@
 use crate::engine::mesh::shapes::patches::vertex_normals;
 use crate::engine::mesh::shapes::{cad, implicit, parametric};
 use crate::engine::mesh::{Features, Surface, TriMesh, TriangleSoup};
+use crate::engine::numerics::Random;
 use glam::DVec3;
 
 /// What is known of a sample surface; every one is connected.
@@ -121,12 +122,9 @@ pub fn sample_surface(name: &str, triangles: usize) -> Option<Surface> {
     Some(Surface { mesh, features: Features { edges, corners } })
 }
 
-/// A number in [-1, 1) that depends on nothing but its arguments (splitmix64).
+/// A number in [-1, 1) that depends on nothing but its arguments.
 fn signed_unit(seed: u64, index: u64) -> f64 {
-    let mut z = seed.wrapping_mul(0x2545_F491_4F6C_DD1D).wrapping_add((index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ z >> 31) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    Random::at(seed, index).signed()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Surfaces glued from four-sided parametric patches, at a chosen number of triangles.
 
 use crate::engine::mesh::TriMesh;
+use crate::engine::numerics::DisjointSets;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -46,27 +47,24 @@ impl PatchComplex {
     fn glue(&self) -> Gluing {
         let corners = self.corners();
         let mut side = BTreeMap::new();
-        let mut parent: Vec<usize> = Vec::new();
+        let mut chords_of = DisjointSets::default();
         let mut sides = Vec::new();
         for quad in &corners {
             let four: [usize; 4] = std::array::from_fn(|k| {
                 let (a, b) = (quad[k], quad[(k + 1) % 4]);
-                *side.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                    parent.push(parent.len());
-                    parent.len() - 1
-                })
+                *side.entry((a.min(b), a.max(b))).or_insert_with(|| chords_of.push() as usize)
             });
             sides.push(four);
         }
         for four in &sides {
             for k in 0..2 {
-                let (a, b) = (root(&parent, four[k]), root(&parent, four[k + 2]));
-                parent[a.max(b)] = a.min(b);
+                chords_of.join(four[k] as u32, four[k + 2] as u32);
             }
         }
-        let (mut sum, mut count) = (vec![0.0; parent.len()], vec![0.0; parent.len()]);
+        let (mut sum, mut count) = (vec![0.0; chords_of.len()], vec![0.0; chords_of.len()]);
+        let chord_of = chords_of.names();
         let chords: Vec<[usize; 2]> =
-            sides.iter().map(|four| [root(&parent, four[0]), root(&parent, four[1])]).collect();
+            sides.iter().map(|four| [four[0], four[1]].map(|side| chord_of[side] as usize)).collect();
         for (patch, chord) in self.patches.iter().zip(&chords) {
             for edge in [0.0, 1.0] {
                 sum[chord[0]] += arc_length(|u| patch(u, edge));
@@ -163,13 +161,6 @@ impl PatchComplex {
         }
         (positions, faces)
     }
-}
-
-fn root(parent: &[usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        i = parent[i];
-    }
-    i
 }
 
 fn arc_length(curve: impl Fn(f64) -> DVec3) -> f64 {

@@ -150,6 +150,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::numerics::Random;
 
     /// Size of the largest matching among the nodes in `free`, by trying everything.
     fn largest(neighbours: &[Vec<u32>], free: u32) -> usize {
@@ -164,11 +165,8 @@ mod tests {
 
     #[test]
     fn matchings_of_random_graphs_are_as_large_as_the_largest() {
-        let mut state = 7u64;
-        let mut random = move |n: usize| {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 33) as usize % n
-        };
+        let mut sequence = Random::new(7);
+        let mut random = move |n: usize| sequence.below(n);
         for case in 0..400 {
             let n = 4 + random(9);
             let mut neighbours = vec![Vec::new(); n];

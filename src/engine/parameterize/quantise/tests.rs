@@ -1,35 +1,22 @@
 //! The flow against exhaustive search.
 
 use super::flow::{Flow, Variable};
+use crate::engine::numerics::Random;
 use crate::engine::run::RunContext;
 
-/// Numbers that look random and are always the same.
-struct Lcg(u64);
-
-impl Lcg {
-    fn next(&mut self, below: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % below
-    }
-
-    fn unit(&mut self) -> f64 {
-        self.next(1 << 20) as f64 / f64::from(1 << 20)
-    }
-}
-
-fn random_flow(random: &mut Lcg) -> (usize, Vec<Variable>) {
-    let n_sums = 2 + random.next(3) as usize;
-    let end = |random: &mut Lcg| {
-        let sign = if random.next(2) == 0 { 1 } else { -1 };
-        (random.next(6) > 0).then(|| (random.next(n_sums as u64) as u32, sign))
+fn random_flow(random: &mut Random) -> (usize, Vec<Variable>) {
+    let n_sums = 2 + random.below(3);
+    let end = |random: &mut Random| {
+        let sign = if random.below(2) == 0 { 1 } else { -1 };
+        (random.below(6) > 0).then(|| (random.below(n_sums) as u32, sign))
     };
-    let variable = |random: &mut Lcg| Variable {
+    let variable = |random: &mut Random| Variable {
         ends: [end(random), end(random)],
         target: 3.0 * random.unit(),
         weight: 0.5 + random.unit(),
-        least: random.next(2) as i64 - random.next(2) as i64,
+        least: random.below(2) as i64 - random.below(2) as i64,
     };
-    let n = 5 + random.next(3);
+    let n = 5 + random.below(3);
     (n_sums, (0..n).map(|_| variable(random)).collect())
 }
 
@@ -64,7 +51,7 @@ fn exhaustive(n_sums: usize, variables: &[Variable]) -> Option<f64> {
 
 #[test]
 fn flows_balance_keep_their_bounds_and_are_nearly_optimal() {
-    let mut random = Lcg(7);
+    let mut random = Random::new(7);
     let (mut tried, mut optimal, mut gap) = (0, 0, 0.0);
     while tried < 150 {
         let (n_sums, variables) = random_flow(&mut random);

@@ -2,6 +2,7 @@
 //! a few integers are kicked off it, the blocks around them settle again, and what is better is kept (iterated local
 //! search). Work is counted in visited values, not in seconds, so a result does not depend on the machine.
 
+use crate::engine::numerics::Random;
 use crate::engine::parameterize::rounding::candidate::Candidate;
 use crate::engine::parameterize::rounding::enumeration::Block;
 use crate::engine::parameterize::rounding::gram::Gram;
@@ -108,7 +109,7 @@ pub(super) fn block_search(
     if blocks.blocks.len() < 2 && candidate.violated().is_empty() {
         return Ok(());
     }
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut best = (candidate.violated(), candidate.clone());
     while work > 0 {
         ctx.check()?;
@@ -150,24 +151,4 @@ fn kick(blocks: &Blocks, candidate: &Candidate<'_>, violated: &[usize], random: 
             (i, if random.unit() < DOWNHILL { downhill } else { -downhill })
         })
         .collect()
-}
-
-/// Random numbers by splitmix64.
-#[derive(Clone, Debug)]
-pub(super) struct Random(pub(super) u64);
-
-impl Random {
-    /// In [0, 1).
-    pub(super) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Below n > 0.
-    pub(super) fn below(&mut self, n: usize) -> usize {
-        ((self.unit() * n as f64) as usize).min(n - 1)
-    }
 }

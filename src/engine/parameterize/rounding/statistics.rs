@@ -3,9 +3,9 @@
 
 use rayon::prelude::*;
 
+use crate::engine::numerics::Random;
 use crate::engine::numerics::positive_definite_inverse;
 use crate::engine::parameterize::rounding::Periods;
-use crate::engine::parameterize::rounding::block_search::Random;
 use crate::engine::parameterize::rounding::candidate::{Candidate, Guard};
 use crate::engine::parameterize::rounding::direct::{direct, expected};
 use crate::engine::parameterize::rounding::gram::Basis;
@@ -74,7 +74,7 @@ impl Periods {
         let energies: Vec<[f64; 6]> = (0..offsets as u64)
             .into_par_iter()
             .map(|offset| {
-                let mut random = Random(ctx.seed() ^ (offset << 32));
+                let mut random = Random::new(ctx.seed() ^ (offset << 32));
                 let target: Vec<f64> = (0..n).map(|_| random.unit()).collect();
                 let nearest = direct(&target);
                 let off: f64 = (0..MORE_DIRECT)

@@ -1,16 +1,16 @@
-use super::block_search::Random;
 use super::direct::{direct, expected};
 use super::gram::Gram;
 use super::greedy::{Next, greedy};
 use super::lattice::Lattice;
 use super::r_search::r_search;
 use super::*;
+use crate::engine::numerics::Random;
 use crate::engine::numerics::positive_definite_inverse;
 use crate::engine::parameterize::reduced::Reduced;
 
 /// `Bᵀ B` and a little of the identity.
 fn gram(n: usize, seed: u64) -> Gram {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let b: Vec<f64> = (0..n * n).map(|_| random.unit() - 0.5).collect();
     let entry = |i: usize, j: usize| (0..n).map(|k| b[k * n + i] * b[k * n + j]).sum::<f64>();
     let rows = (0..n * n).map(|k| entry(k / n, k % n) + if k / n == k % n { 0.05 } else { 0.0 }).collect();
@@ -18,7 +18,7 @@ fn gram(n: usize, seed: u64) -> Gram {
 }
 
 fn target(n: usize, seed: u64) -> Vec<f64> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     (0..n).map(|_| 7.0 * random.unit()).collect()
 }
 

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use crate::engine::numerics::DisjointSets;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::fill::FillError;
 use crate::engine::quad::fill::embedded_graph::{EmbeddedGraph, GraphNode, Tag};
@@ -68,8 +69,8 @@ pub(crate) fn add_rims(
 /// What lies between the grid and the loops while arcs of the grid are taken away.
 struct Around {
     faces: Faces,
-    /// Union of faces that have become one; the parent is never the greater of two.
-    parent: Vec<u32>,
+    /// Faces that have become one.
+    joined: DisjointSets,
     /// Per loop, a face of the one that it lies in.
     face: Vec<u32>,
     /// Per node from which a feature goes on to the boundary, the loop and the point of it. Of two features that leave one
@@ -90,23 +91,17 @@ impl Around {
         let face = face.ok_or(FillError::Stuck { step: "finding grid lines that end at a boundary loop" })?;
         let end = |exit: &Exit| Some((graph.origin(exit.before), (exit.rim, exit.end?)));
         let ends = exits.iter().filter_map(end).collect();
-        Ok(Self { parent: (0..faces.first.len() as u32).collect(), faces, face, ends })
+        Ok(Self { joined: DisjointSets::new(faces.first.len()), faces, face, ends })
     }
 
     fn face_of(&mut self, d: u32) -> u32 {
-        let mut face = self.faces.of[d as usize];
-        while self.parent[face as usize] != face {
-            let above = self.parent[self.parent[face as usize] as usize];
-            self.parent[face as usize] = above;
-            face = above;
-        }
-        face
+        self.joined.find(self.faces.of[d as usize])
     }
 
     /// Removes an arc, and joins the faces on its sides.
     fn remove(&mut self, graph: &mut EmbeddedGraph, d: u32) {
         let [a, b] = [d, d ^ 1].map(|d| self.face_of(d));
-        self.parent[a.max(b) as usize] = a.min(b);
+        self.joined.join(a, b);
         graph.remove(d / 2);
     }
 
@@ -172,11 +167,8 @@ impl Around {
 
     /// Per loop the darts around its face; `None` if they are not one walk, or the face has another loop too.
     fn walks(&mut self, graph: &EmbeddedGraph) -> Vec<Option<Vec<u32>>> {
-        // Parents come first, so one pass is enough.
-        for face in 0..self.parent.len() {
-            self.parent[face] = self.parent[self.parent[face] as usize];
-        }
-        let root = |face: u32| self.parent[face as usize];
+        let names = self.joined.clone().names();
+        let root = |face: u32| names[face as usize];
         let mut loops: BTreeMap<u32, usize> = BTreeMap::new();
         self.face.iter().for_each(|&face| *loops.entry(root(face)).or_default() += 1);
         let mut darts: BTreeMap<u32, (u32, usize)> = BTreeMap::new();

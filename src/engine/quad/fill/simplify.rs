@@ -1,5 +1,6 @@
 //! Undoing folds and removing what bounds nothing.
 
+use crate::engine::numerics::DisjointSets;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::fill::embedded_graph::EmbeddedGraph;
 use crate::engine::quad::fill::embedded_graph::Tag;
@@ -23,7 +24,7 @@ fn rank(anchor: Anchor) -> u8 {
 /// joined count as ordinary arcs from here on: so a strip between two features that the map collapses becomes a strip
 /// one quad wide.
 pub(super) fn contract_collapsed(graph: &mut EmbeddedGraph) -> usize {
-    let mut parent: Vec<u32> = (0..graph.nodes.len() as u32).collect();
+    let mut nodes = DisjointSets::new(graph.nodes.len());
     let mut weight = vec![1.0f64; graph.nodes.len()];
     let mut joined = 0;
     for plain in [false, true] {
@@ -34,7 +35,7 @@ pub(super) fn contract_collapsed(graph: &mut EmbeddedGraph) -> usize {
             {
                 continue;
             }
-            let [a, b] = [2 * arc, 2 * arc + 1].map(|d| find(&mut parent, graph.origin(d)) as usize);
+            let [a, b] = [2 * arc, 2 * arc + 1].map(|d| nodes.find(graph.origin(d)) as usize);
             let ranks = [a, b].map(|n| rank(graph.nodes[n].anchor));
             let allowed = if plain { ranks.contains(&0) } else { ranks != [2, 2] };
             if a == b {
@@ -54,36 +55,28 @@ pub(super) fn contract_collapsed(graph: &mut EmbeddedGraph) -> usize {
             }
             graph.nodes[a] = kept;
             weight[a] += weight[b];
-            parent[b] = a as u32;
+            nodes.absorb(a as u32, b as u32);
             joined += 1;
         }
     }
     for d in 0..graph.n_darts() as usize {
-        graph.node[d] = find(&mut parent, graph.node[d]);
+        graph.node[d] = nodes.find(graph.node[d]);
     }
     joined
-}
-
-fn find(parent: &mut [u32], mut v: u32) -> u32 {
-    while parent[v as usize] != v {
-        parent[v as usize] = parent[parent[v as usize] as usize];
-        v = parent[v as usize];
-    }
-    v
 }
 
 /// Deletes plain collapsed arcs that are left (loops), where their two sides are different faces of the surface.
 pub(super) fn drop_collapsed(graph: &mut EmbeddedGraph) -> usize {
     let faces = Faces::new(graph);
-    let mut parent: Vec<u32> = (0..faces.first.len() as u32).collect();
+    let mut sides = DisjointSets::new(faces.first.len());
     let mut dropped = 0;
     for arc in 0..graph.alive.len() as u32 {
         if !graph.alive[arc as usize] || !graph.collapsed[arc as usize] || graph.tag[arc as usize] != Tag::Plain {
             continue;
         }
-        let [a, b] = [2 * arc as usize, 2 * arc as usize + 1].map(|d| find(&mut parent, faces.of[d]));
+        let [a, b] = [2 * arc as usize, 2 * arc as usize + 1].map(|d| sides.find(faces.of[d]));
         if a != b && !faces.outside[a as usize] && !faces.outside[b as usize] {
-            parent[b as usize] = a;
+            sides.absorb(a, b);
             graph.remove(arc);
             dropped += 1;
         }

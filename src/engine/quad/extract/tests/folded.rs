@@ -3,13 +3,13 @@
 use glam::DVec2;
 
 use crate::engine::mesh::prev;
+use crate::engine::numerics::Random;
 use crate::engine::parameterize::Iso;
 use crate::engine::parameterize::rotate;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::extract::Extraction;
 use crate::engine::quad::extract::tests::clean::POLYCUBES;
 use crate::engine::quad::extract::tests::clean::extract;
-use crate::engine::quad::extract::tests::maps::Dice;
 use crate::engine::quad::extract::tests::maps::Model;
 use crate::engine::quad::extract::tests::maps::Sheet;
 use crate::engine::quad::extract::tests::maps::polycube;
@@ -29,9 +29,9 @@ fn sound(model: &Model) -> Extraction {
 
 /// Moves the values of `share` of the free vertices by up to `by` grid units.
 fn fold(model: &mut Model, share: f64, by: f64, seed: u64) {
-    let mut dice = Dice::new(seed);
+    let mut dice = Random::new(seed);
     for v in 0..model.mesh.n_vertices() as u32 {
-        let (hit, shift) = (dice.roll().abs() < share, DVec2::new(dice.roll(), dice.roll()) * by);
+        let (hit, shift) = (dice.signed().abs() < share, DVec2::new(dice.signed(), dice.signed()) * by);
         if hit && model.is_free(v) {
             model.shift(v, shift);
         }
@@ -40,9 +40,9 @@ fn fold(model: &mut Model, share: f64, by: f64, seed: u64) {
 
 /// Moves the values of vertices of curves along their curve.
 fn fold_curves(model: &mut Model, share: f64, by: f64, seed: u64) {
-    let mut dice = Dice::new(seed);
+    let mut dice = Random::new(seed);
     for v in 0..model.mesh.n_vertices() as u32 {
-        let (hit, shift) = (dice.roll().abs() < share, dice.roll() * by);
+        let (hit, shift) = (dice.signed().abs() < share, dice.signed() * by);
         if !hit || model.singular(v) || model.features.is_corner(v) {
             continue;
         }

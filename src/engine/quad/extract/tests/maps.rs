@@ -9,28 +9,10 @@ use crate::engine::mesh::Features;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::next;
 use crate::engine::mesh::prev;
+use crate::engine::numerics::Random;
 use crate::engine::parameterize::GridMap;
 use crate::engine::parameterize::Iso;
 use crate::engine::parameterize::rotate;
-
-/// Random numbers that are the same everywhere.
-pub(super) struct Dice(u64);
-
-impl Dice {
-    pub(super) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
-    }
-    /// Uniform in [−1, 1).
-    pub(super) fn roll(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-    pub(super) fn below(&mut self, n: usize) -> usize {
-        (((self.roll() + 1.0) / 2.0) * n as f64) as usize % n
-    }
-}
 
 pub(super) struct Model {
     pub(super) mesh: TriMesh,
@@ -100,14 +82,14 @@ impl Sheet {
 
     pub(super) fn build(&self) -> Model {
         let [m, k] = self.cells;
-        let mut dice = Dice::new(self.seed);
+        let mut dice = Random::new(self.seed);
         let wrap = [if self.closed[0] { m } else { m + 1 }, if self.closed[1] { k } else { k + 1 }];
         let id = |i: u32, j: u32| (j % wrap[1]) * wrap[0] + i % wrap[0];
         // Jitter in cells, along the boundary and the feature only.
         let jitter: Vec<DVec2> = (0..wrap[0] * wrap[1])
             .map(|v| {
                 let (i, j) = (v % wrap[0], v / wrap[0]);
-                let mut by = DVec2::new(dice.roll(), dice.roll()) * self.jitter;
+                let mut by = DVec2::new(dice.signed(), dice.signed()) * self.jitter;
                 if (!self.closed[0] && (i == 0 || i == m)) || self.feature == Some(i) {
                     by.x = 0.0;
                 }
@@ -158,7 +140,7 @@ impl Sheet {
 /// The surface of a set of unit cubes, each square with its own chart of `n` by `n` grid units in `m` by `m` jittered
 /// cells. Sharp edges are features if asked for.
 pub(super) fn polycube(cubes: &[[i32; 3]], n: i64, m: i32, sharp: bool, seed: u64) -> Model {
-    let mut dice = Dice::new(seed);
+    let mut dice = Random::new(seed);
     let cubes: Vec<IVec3> = cubes.iter().map(|&c| IVec3::from_array(c)).collect();
     let mut keys: Vec<IVec3> = Vec::new();
     let mut squares = Vec::new();
@@ -194,7 +176,7 @@ pub(super) fn polycube(cubes: &[[i32; 3]], n: i64, m: i32, sharp: bool, seed: u6
             .map(|c| {
                 let (i, j) = (c / (m + 1), c % (m + 1));
                 let inner = i > 0 && i < m && j > 0 && j < m;
-                if inner { DVec2::new(dice.roll(), dice.roll()) * 0.3 } else { DVec2::ZERO }
+                if inner { DVec2::new(dice.signed(), dice.signed()) * 0.3 } else { DVec2::ZERO }
             })
             .collect();
         let by = |i: i32, j: i32| jitter[(i * (m + 1) + j) as usize];
