@@ -26,6 +26,6 @@ pub use influences::Influences;
 pub use locate::{FaceTree, SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
 pub use paths::ShortestPaths;
 pub use refine::{Refined, refine};
-pub use remesh::{IsotropicOptions, graded_working_mesh, remesh_isotropic, working_mesh};
+pub use remesh::{IsotropicOptions, graded_working_mesh, remesh_isotropic, straightened, working_mesh};
 pub use soup::TriangleSoup;
 pub use tri_mesh::{MeshError, NONE, Topology, TriMesh, next, prev};

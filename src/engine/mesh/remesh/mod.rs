@@ -8,6 +8,7 @@ mod isotropic;
 mod relax;
 #[cfg(test)]
 pub(in crate::engine) mod samples;
+mod straighten;
 #[cfg(test)]
 mod tests;
 mod working;
@@ -15,4 +16,5 @@ mod working;
 pub(in crate::engine::mesh) use edit::EditMesh;
 pub use isotropic::{IsotropicOptions, remesh_isotropic};
 pub(in crate::engine) use isotropic::{LocalSize, remesh_with_middles};
+pub use straighten::straightened;
 pub use working::{graded_working_mesh, working_mesh};

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::engine::field::BranchOptions;
-use crate::engine::mesh::{Surface, graded_working_mesh, working_mesh};
+use crate::engine::mesh::{Surface, graded_working_mesh, straightened, working_mesh};
 use crate::engine::methods::quad_cover::QuadCoverOptions;
 use crate::engine::problem::{Align, Boundary, Problem, WorkingMesh};
 use crate::engine::run::{Cancelled, RunContext};
@@ -58,6 +58,7 @@ pub fn working_surface(ctx: &RunContext, problem: &Problem) -> Result<Working, C
         // Numbered by its shape: the quads are not to depend on the numbering of the input.
         WorkingMesh::Auto => {
             let surface = surface.in_canonical_order();
+            let surface = straightened(ctx, &surface, index, *edge_length)?.unwrap_or(surface);
             match problem.is_even() {
                 true => working_mesh(ctx, &surface, index, max_edge, MAX_FACES)?,
                 false => graded_working_mesh(ctx, &surface, index, max_edge, size, MAX_FACES)?,
