@@ -200,24 +200,71 @@ fn files_are_short_and_say_what_they_are() {
     check("files", breaches);
 }
 
+/// The keys of papers, such as `[kaelberer_2007]`, in a line.
+fn citations(line: &str) -> impl Iterator<Item = &str> {
+    let keys = line.split('[').skip(1).filter_map(|rest| rest.split_once(']')).map(|(key, _)| key);
+    keys.filter(|key| {
+        key.rsplit_once('_').is_some_and(|(name, year)| {
+            let is_name = name.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+            is_name && year.len() == 4 && year.parse::<u16>().is_ok()
+        })
+    })
+}
+
+/// The documents of the repository, with their paths.
+fn documents() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let pages = ["", "docs", "docs/methods"].map(|folder| root.join(folder));
+    let files = pages.iter().flat_map(|folder| fs::read_dir(folder).expect("a folder of documents"));
+    let paths = files.map(|entry| entry.expect("an entry").path());
+    let documents = paths.filter(|path| path.extension().is_some_and(|end| end == "md"));
+    documents.map(|path| (path.clone(), fs::read_to_string(path).expect("text"))).collect()
+}
+
 #[test]
 fn every_paper_that_is_cited_is_in_the_bibliography() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let bibliography = fs::read_to_string(root.join("bibliography.bib")).expect("bibliography.bib");
+    let is_known = |key: &str| bibliography.contains(&format!("{{{key},"));
     let mut breaches = Vec::new();
     for source in sources() {
         for (i, line) in source.text.lines().enumerate().filter(|(_, line)| line.trim().starts_with("//")) {
-            for key in line.split('[').skip(1).filter_map(|rest| rest.split_once(']')).map(|(key, _)| key) {
-                let cites = key.rsplit_once('_').is_some_and(|(name, year)| {
-                    name.chars().all(|c| c.is_ascii_lowercase()) && year.len() == 4 && year.parse::<u16>().is_ok()
-                });
-                if cites && !bibliography.contains(&format!("{{{key},")) {
-                    breaches.push(format!("{}:{}: {key}", source.path, i + 1));
-                }
+            let unknown = citations(line).filter(|key| !is_known(key));
+            breaches.extend(unknown.map(|key| format!("{}:{}: {key}", source.path, i + 1)));
+        }
+    }
+    for (path, text) in documents() {
+        let unknown = text.lines().flat_map(citations).filter(|key| !is_known(key));
+        breaches.extend(unknown.map(|key| format!("{}: {key}", path.display())));
+    }
+    check("citations that are not in the bibliography", breaches);
+}
+
+#[test]
+fn documents_lead_somewhere_and_every_method_has_its_page() {
+    let mut breaches = Vec::new();
+    for (path, text) in documents() {
+        let links = text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(link, _)| link);
+        let files = links.filter(|link| !link.contains("://")).map(|link| link.split('#').next().unwrap_or_default());
+        let folder = path.parent().expect("a folder");
+        let lost = files.filter(|file| !file.is_empty() && !folder.join(file).exists());
+        breaches.extend(lost.map(|file| format!("{}: {file}", path.display())));
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let index = fs::read_to_string(root.join("docs/README.md")).expect("docs/README.md");
+    let mut methods = 0;
+    for source in sources().iter().filter(|source| source.path.starts_with("src/engine/methods/")) {
+        let names = source.text.split("fn name(&self) -> &'static str {").skip(1);
+        for name in names.filter_map(|rest| rest.split('"').nth(1)) {
+            methods += 1;
+            let page = format!("methods/{name}.md");
+            if !root.join("docs").join(&page).exists() || !index.contains(&page) {
+                breaches.push(format!("{}: no docs/{page}, or no link to it in docs/README.md", source.path));
             }
         }
     }
-    check("citations that are not in the bibliography", breaches);
+    assert!(methods >= 4, "{methods}");
+    check("documents", breaches);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! Topological repairs of a cross field before it is integrated: sectors at features that would have no angle in the
-//! map, and pairs of singularities too close for the grid (algorithms.md B.5, B.7).
+//! map, and pairs of singularities too close for the grid.
 //!
 //! Both change matchings only; [`Turning`](super::turning::Turning) then turns the crosses to fit.
 

@@ -33,7 +33,7 @@ pub struct CrossField {
 }
 
 impl CrossField {
-    /// Matches each cross to its neighbours by the smallest turn (algorithms.md 0.1) and finds the singularities.
+    /// Matches each cross to its neighbours by the smallest turn (docs/methods/quadcover.md, 1) and finds the singularities.
     pub fn from_angles(mesh: &TriMesh, frames: &Frames, angle: Vec<f64>) -> Self {
         let matching = Matching::from_owners(mesh, |h| {
             let t = mesh.twin(h).map_or(h, |t| t);

@@ -1,7 +1,7 @@
 //! Sizes of quads that vary over the surface: wanted ones from curvature and colour, and the graded ones that they
 //! become.
 //!
-//! Sizes are logarithms per vertex, relative to one edge length for all (algorithms.md C.3). They are blended, limited
+//! Sizes are logarithms per vertex, relative to one edge length for all. They are blended, limited
 //! in their gradient so that neighbours differ little [borouchaki_1998], and shifted so that the number of quads that
 //! they amount to stays the number asked for.
 

@@ -1,9 +1,9 @@
 //! The smoothest cross field that follows features, boundary and stable curvature.
 //!
 //! A cross is the complex number `c = e^{4iθ}` per face; the energy is `Σ w |c_s e^{4iρ} − c_t|²` over interior edges
-//! [knoeppel_2013, restated for faces; algorithms.md B.1] plus an alignment to principal directions that grows with
+//! ([knoeppel_2013], restated for faces) plus an alignment to principal directions that grows with
 //! their anisotropy over one quad. Faces at features and at the boundary are fixed. Normalising and solving again with
-//! a decreasing time step (Merriman–Bence–Osher, B.4) removes spurious dipoles.
+//! a decreasing time step (Merriman–Bence–Osher) removes spurious dipoles.
 
 use crate::engine::field::branch::{BranchOptions, BranchSearch, Effort, Surroundings, search_branch_points};
 use crate::engine::field::cleanup::{cancel_pairs, mend_sectors};

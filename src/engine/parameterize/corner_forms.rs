@@ -1,7 +1,7 @@
 //! Every corner's value as a linear form of few unknowns, so that the transitions hold by construction.
 //!
 //! Unknowns are complex: one value per vertex (in the chart of the first corner of its fan) and one translation per cut
-//! segment. Walking the fan counter-clockwise applies `z_t = i^{-m} (z_s − τ)` at every cut edge (algorithms.md J.1).
+//! segment. Walking the fan counter-clockwise applies `z_t = i^{-m} (z_s − τ)` at every cut edge.
 
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;

@@ -1,4 +1,4 @@
-//! What a run says about its result (contract.md, section 4). Plain data; the service turns it into JSON.
+//! What a run says about its result (docs/contract.md, section 4). Plain data; the service turns it into JSON.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! What a user may ask for (contract.md, section 3), validated by the service before the engine sees it.
+//! What a user may ask for (docs/contract.md, section 3), validated by the service before the engine sees it.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! The command line (contract.md, section 1): `quadrille remesh | check | inspect | sample | serve | worker | demo | …`.
+//! The command line (docs/contract.md, section 1): `quadrille remesh | check | inspect | sample | serve | worker | demo | …`.
 //!
 //! Exit codes: 0 certified result; 2 usage or spec; 3 the input was refused; 4 no result within the limits; 5 deadline;
 //! 130 cancelled; 70 a bug of ours. Failures are one line on stderr.

@@ -1,4 +1,4 @@
-//! HTTP (contract.md, section 2). `router` is the table of all routes; every answer that is not a success is a problem
+//! HTTP (docs/contract.md, section 2). `router` is the table of all routes; every answer that is not a success is a problem
 //! of the one table in `wire::problem`, also those of extractors, unknown routes, wrong methods and panics.
 
 mod access;

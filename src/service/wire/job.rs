@@ -1,4 +1,4 @@
-//! The job object (contract.md, section 2). Times are RFC 3339 in UTC, ids are UUIDv7.
+//! The job object (docs/contract.md, section 2). Times are RFC 3339 in UTC, ids are UUIDv7.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

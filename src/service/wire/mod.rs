@@ -1,4 +1,4 @@
-//! What goes over the wire: the spec, the report, the job object and the problems (contract.md, sections 2 to 4).
+//! What goes over the wire: the spec, the report, the job object and the problems (docs/contract.md, sections 2 to 4).
 //!
 //! Nothing of the engine is `Serialize`: these types are the only place where names of the contract are spelt, so the
 //! engine may change its own without breaking a client, and a client's spec is judged completely before the engine

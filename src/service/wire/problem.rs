@@ -332,6 +332,7 @@ pub struct Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::pipeline::RemeshError;
 
     #[derive(Debug, thiserror::Error)]
     #[error("no face is usable")]
@@ -377,5 +378,17 @@ mod tests {
         assert_eq!(problem.kind.exit_code(), 70);
         let late = problem_of_fault(&Refusal(Fault::Cancelled), None, Some(StopReason::Deadline));
         assert_eq!((late.kind.status(), late.kind.exit_code()), (504, 5));
+    }
+
+    #[test]
+    fn a_passed_deadline_names_what_was_tried() {
+        let stop = Cancelled(StopReason::Deadline);
+        let causes = "quadcover as asked for: 2 quads have no area".to_owned();
+        let error = RemeshError::OutOfTime { component: 3, causes, stop };
+        let late = problem_of_fault(&error, Some(error.stage()), Some(StopReason::Deadline));
+        assert_eq!((late.kind, late.stage), (ProblemKind::DeadlineExceeded, None));
+        assert!(late.detail.ends_with("Tried so far: component 3: quadcover as asked for: 2 quads have no area."));
+        let plain = problem_of_fault(&RemeshError::Cancelled(stop), None, Some(StopReason::Deadline));
+        assert!(late.detail.starts_with(&plain.detail) && !plain.detail.contains("Tried"));
     }
 }

@@ -1,4 +1,4 @@
-//! The report as JSON (contract.md, section 4).
+//! The report as JSON (docs/contract.md, section 4).
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Branch points where the field can be integrated best ([kaelberer_2013] chapter 6; algorithms.md G-i).
+//! Branch points where the field can be integrated best ([kaelberer_2013] chapter 6).
 //!
 //! The energy of a matching is what the best seamless map leaves of the field: the curl that no map can follow
 //! ([`Curl`]). It changes when a branch point moves, that is when the matching of one edge turns by a quarter. Its

@@ -1,4 +1,4 @@
-//! Takes vertices away from a map until hardly any are left but those that its integers speak of (algorithms.md D.3.1).
+//! Takes vertices away from a map until hardly any are left but those that its integers speak of.
 //!
 //! A vertex is drawn into a neighbour if no triangle turns over in the map; how the surface lies in space does not
 //! matter. Vertices of curves stay on their curves.

@@ -3,7 +3,7 @@
 //! Every variable takes part in at most two sums, with +1 or −1 in each. That is a flow in which an edge may point into
 //! both of its ends or out of both, and which changes along walks: a step through an edge changes its value by one so
 //! that the sum at the end it comes from is right again, and leaves the other end to the next step. Walks are sought on
-//! states (sum, sign of the change it needs), the double cover of the graph (algorithms.md D.3.4). Deviations:
+//! states (sum, sign of the change it needs), the double cover of the graph. Deviations:
 //! feasibility comes from shortest walks between sums that are wrong, not from an evened network simplex, and the
 //! optimum from cancelling negative cycles. A cycle that uses an edge twice costs more than the sum of its steps, so
 //! what is found is optimal but for such cycles.

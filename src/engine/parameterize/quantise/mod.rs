@@ -1,5 +1,5 @@
 //! Integers by minimum-deviation flow [coudert_osmont_2024], for maps with more of them than the period matrix can be
-//! held for, and where rounding by it lets neighbours fall together (algorithms.md D.3).
+//! held for, and where rounding by it lets neighbours fall together.
 //!
 //! The seamless map is decimated to triangles between singularities, corners and curves. Both extents of every edge are
 //! integers near those of the map that keep their signs; the sum around a triangle vanishes. The map's own integers

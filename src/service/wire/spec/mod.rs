@@ -1,4 +1,4 @@
-//! The spec of a request (contract.md, section 3): JSON in, a validated [`RemeshSpec`] or all violations out.
+//! The spec of a request (docs/contract.md, section 3): JSON in, a validated [`RemeshSpec`] or all violations out.
 
 pub(in crate::service) mod choice;
 mod document;
