@@ -1,4 +1,4 @@
-//! What the input carries besides its shape goes the whole road to the files.
+//! What the input carries besides its shape goes the whole way to the files.
 
 use quadrille::engine::mesh::Influences;
 use quadrille::service::formats::{Alone, Format, QuadFormat, ReadLimits, read_model, read_quads, read_soup};

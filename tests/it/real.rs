@@ -1,4 +1,4 @@
-//! The whole road with the real engine, in this process and in a child that is the real program.
+//! The whole way with the real engine, in this process and in a child that is the real program.
 
 use std::time::{Duration, Instant};
 
@@ -73,7 +73,7 @@ async fn obj_gltf_and_zip_go_in_and_every_file_comes_out() {
     ];
     let mut counts = Vec::new();
     for (name, mesh) in uploads {
-        let job = client.submit(name, &mesh, &value!({"target": {"quads": 400}, "tags": ["road"]})).await;
+        let job = client.submit(name, &mesh, &value!({"target": {"quads": 400}, "tags": ["whole"]})).await;
         assert_eq!(job["input"]["format"], name.rsplit('.').next().unwrap());
         let events = client.events(&job, None).await;
         let done = &events.last().unwrap().data;

@@ -1,4 +1,4 @@
-//! Folded corners, distance, and what the scale of the quads forgives.
+//! Folded corners, distance, and what is below the scale of the quads.
 
 use crate::engine::certify::tests::{join, split, surface};
 use crate::engine::certify::{Check, certify};

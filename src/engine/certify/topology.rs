@@ -102,7 +102,7 @@ fn twins(quads: &QuadMesh) -> Result<Vec<u32>, Vec<Violation>> {
     }
     sides.sort_unstable();
     let mut twin = vec![NONE; sides.len()];
-    let (mut crowded, mut twisted) = (Vec::new(), Vec::new());
+    let (mut many_sided, mut twisted) = (Vec::new(), Vec::new());
     for edge in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
         match *edge {
             [_] => {}
@@ -113,10 +113,10 @@ fn twins(quads: &QuadMesh) -> Result<Vec<u32>, Vec<Violation>> {
                 twin[h as usize] = t;
                 twin[t as usize] = h;
             }
-            _ => crowded.push(edge[0].2 / 4),
+            _ => many_sided.push(edge[0].2 / 4),
         }
     }
-    fail_if_any([Violation::at(Check::EdgeFaces, crowded), Violation::at(Check::EdgeOrientation, twisted)])?;
+    fail_if_any([Violation::at(Check::EdgeFaces, many_sided), Violation::at(Check::EdgeOrientation, twisted)])?;
     Ok(twin)
 }
 

@@ -68,7 +68,7 @@ pub enum MapError {
 
 /// Most integers for which the dense period matrix is formed (18 MB, and seconds to round); more are found by flow.
 const MOST_BY_PERIODS: usize = 1500;
-/// Integers by flow are taken if at least this many times fewer neighbours fall together,
+/// Integers by flow are taken if at least this many times fewer neighbours collapse,
 const FEWER: usize = 2;
 /// and if they cost at most this many times the energy: lengths near to those of the seamless map say nothing of angles.
 const DEARER: f64 = 1.5;
@@ -187,7 +187,7 @@ impl MapSystem {
     }
 
     /// Integers for a density of `scale` grid units per model unit: by the period matrix; by flow where there are too many
-    /// for that, or where far fewer neighbours fall together then for little more energy.
+    /// for that, or where far fewer neighbours collapse then for little more energy.
     ///
     /// # Errors
     /// [`Cancelled`] if the run was stopped, [`MapError::NoFlow`] if there are too many integers for the period matrix and

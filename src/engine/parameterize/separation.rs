@@ -1,4 +1,4 @@
-//! Pairs that must not fall together on the grid: singularities, corners, feature curves and boundaries that are near
+//! Pairs that must not collapse on the grid: singularities, corners, feature curves and boundaries that are near
 //! each other on the surface.
 //!
 //! Regions of nearest elements are grown along edges; where two regions meet, the path between their elements is
@@ -31,7 +31,7 @@ impl Separation {
         self.form.iter().map(|&(i, c)| c * q[i as usize]).sum()
     }
 
-    /// Whether these integers let the two fall together, or change places.
+    /// Whether these integers let the two collapse, or change places.
     pub(super) fn is_violated(&self, q: &[f64]) -> bool {
         is_violated(self.value(q))
     }

@@ -190,7 +190,7 @@ fn rounding_costs_what_the_period_matrix_predicts() {
     }
 }
 
-/// The flow gives integers with which the map is one, and that let hardly any neighbours fall together.
+/// The flow gives integers with which the map is one, and that let hardly any neighbours collapse.
 #[test]
 fn maps_by_flow_are_integral_and_keep_most_neighbours_apart() {
     for name in ["genus2", "torus", "gear", "plate_with_holes", "half_pipe", "sphere"] {
@@ -198,8 +198,8 @@ fn maps_by_flow_are_integral_and_keep_most_neighbours_apart() {
         let mesh = &case.surface.mesh;
         let (system, by_periods, _) = map(&case);
         let by_flow = system.round_by_flow(&RunContext::silent(), mesh, case.scale).unwrap().expect(name);
-        // Pairs that the decimated triangles do not join may still fall together.
-        // Pairs that the decimated triangles do not join may still fall together; they are few.
+        // Pairs that the decimated triangles do not join may still collapse.
+        // Pairs that the decimated triangles do not join may still collapse; they are few.
         let most = 1 + system.n_integers() / 50;
         assert!(by_flow.fallen_together <= most, "{name}: {}", by_flow.fallen_together);
         let grid = system.map(mesh, &by_flow).unwrap();

@@ -11,7 +11,7 @@ use tokio::sync::Semaphore;
 use crate::service::app::{AppError, Running};
 use crate::service::config::Config;
 use crate::service::http::{Access, HttpState, Readiness, router, serve};
-use crate::service::jobs::{Desk, Driver, EnginePool, Live, SqliteQueue, TicketQueue, Worker, sweep_until};
+use crate::service::jobs::{Driver, EnginePool, Jobs, Live, SqliteQueue, TicketQueue, Worker, sweep_until};
 use crate::service::run::{EngineDriver, read_limits};
 use crate::service::store::{Store, private_folder};
 
@@ -39,7 +39,7 @@ pub async fn start_with(config: Config, role: Role, driver: Arc<dyn Driver>) -> 
     let store = Store::open(&config.database_url, &config.store).await?;
     let queue = SqliteQueue::open(store.pool(), &config.jobs).await?;
     let live = Live::default();
-    let desk = Desk {
+    let jobs = Jobs {
         store: store.clone(),
         queue: queue.clone(),
         live: live.clone(),
@@ -52,7 +52,7 @@ pub async fn start_with(config: Config, role: Role, driver: Arc<dyn Driver>) -> 
     if role == Role::All {
         let uploads = uploads_folder(&config.data)?;
         let state = HttpState {
-            desk: desk.clone(),
+            jobs: jobs.clone(),
             driver: Arc::clone(&driver),
             access: Access::new(&config.http, config.listen.ip()),
             uploads,
@@ -77,7 +77,7 @@ pub async fn start_with(config: Config, role: Role, driver: Arc<dyn Driver>) -> 
     };
     let fetching = stop.clone();
     running.add(async move { queue.work(Arc::new(worker), fetching).await });
-    running.add(sweep_until(desk, stop));
+    running.add(sweep_until(jobs, stop));
     Ok(running)
 }
 

@@ -60,7 +60,7 @@ pub(super) async fn archive(
     let known = known_tag(&headers, &sha256);
     let mut response = match &known {
         Some(_) => StatusCode::NOT_MODIFIED.into_response(),
-        None => Body::from_stream(packed(state.desk.store.blobs().clone(), files)).into_response(),
+        None => Body::from_stream(packed(state.jobs.store.blobs().clone(), files)).into_response(),
     };
     let name = content_disposition(Disposition::Attachment, &file_name(&job, "archive.zip"));
     insert(&mut response, header::ETAG, &known.unwrap_or_else(|| tag(&sha256)));

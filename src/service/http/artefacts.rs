@@ -172,7 +172,7 @@ pub(super) async fn preview(
     if let Some(known) = download::known_tag(&headers, &sha256) {
         return Ok(Download::picture(Bytes::new(), &sha256, media_type, name).not_modified(&known));
     }
-    let quads = state.desk.store.blobs().get(&quads.blob).await?;
+    let quads = state.jobs.store.blobs().get(&quads.blob).await?;
     let permit = state.readers.acquire().await.map_err(|_| Problem::internal())?;
     let driver = state.driver.clone();
     let picture = Bytes::from(beside(move || driver.preview(&quads, size)).await?);
@@ -193,7 +193,7 @@ async fn file(
         Err(response) => return Ok(response),
     };
     let download = Download {
-        source: Source::Blob(state.desk.store.blobs(), &artefact.blob),
+        source: Source::Blob(state.jobs.store.blobs(), &artefact.blob),
         sha256: &artefact.sha256,
         bytes: artefact.bytes,
         media_type,

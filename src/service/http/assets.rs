@@ -91,7 +91,7 @@ pub(super) async fn upload_asset(State(state): State<HttpState>, request: Reques
         }
     }
     let new = files.finish(&state).await?.accept(&state, true).await?;
-    let asset = state.desk.store.add_asset(&new).await?;
+    let asset = state.jobs.store.add_asset(&new).await?;
     let status = if asset.id == new.id { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/assets/{}", asset.id);
     Ok((status, [(header::LOCATION, location)], Json(AssetBody::from(asset))).into_response())
@@ -104,7 +104,7 @@ pub(super) async fn upload_asset(State(state): State<HttpState>, request: Reques
         (status = 200, description = "The asset", body = AssetBody),
     ))]
 pub(super) async fn get_asset(State(state): State<HttpState>, Id(id): Id) -> Result<Json<AssetBody>, Problem> {
-    let asset = state.desk.store.asset(id).await?.filter(|asset| asset.pinned);
+    let asset = state.jobs.store.asset(id).await?.filter(|asset| asset.pinned);
     asset.map(|asset| Json(asset.into())).ok_or_else(|| no_asset(id))
 }
 
@@ -115,7 +115,7 @@ pub(super) async fn get_asset(State(state): State<HttpState>, Id(id): Id) -> Res
         (status = 204, description = "Gone"),
     ))]
 pub(super) async fn delete_asset(State(state): State<HttpState>, Id(id): Id) -> Result<StatusCode, Problem> {
-    match state.desk.store.delete_asset(id).await? {
+    match state.jobs.store.delete_asset(id).await? {
         Deleted::Yes => Ok(StatusCode::NO_CONTENT),
         Deleted::Unknown => Err(no_asset(id)),
         Deleted::InUse => {

@@ -25,7 +25,7 @@ pub(super) async fn guard(State(state): State<HttpState>, request: Request, next
 
 fn guarded(body: Body, state: HttpState, cause: Arc<OnceLock<Problem>>) -> Body {
     let chunks = stream::unfold((body.into_data_stream(), state, cause), |(mut data, state, cause)| async move {
-        let stalled = state.desk.limits.stalled;
+        let stalled = state.jobs.limits.stalled;
         let problem = tokio::select! {
             chunk = data.next() => return chunk.map(|chunk| (chunk, (data, state, cause))),
             () = tokio::time::sleep(stalled) => {

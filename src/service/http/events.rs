@@ -42,10 +42,10 @@ pub(super) async fn job_events(
     Id(id): Id,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let bell = state.desk.live.listen();
+    let bell = state.jobs.live.listen();
     let job = job_row(&state, id).await?;
     let after = text(&headers, "last-event-id").and_then(|id| id.parse().ok()).unwrap_or(0);
-    let waiting: VecDeque<_> = state.desk.store.events_after(id, after).await?.into();
+    let waiting: VecDeque<_> = state.jobs.store.events_after(id, after).await?.into();
     if job.status.is_final() && waiting.is_empty() {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
@@ -89,7 +89,7 @@ impl Follower {
                 self.over = is_last;
                 return Some(Event::default().id(row.seq.to_string()).event(row.kind).data(data));
             }
-            self.waiting = self.state.desk.store.events_after(self.id, self.after).await.ok()?.into();
+            self.waiting = self.state.jobs.store.events_after(self.id, self.after).await.ok()?.into();
             if self.waiting.is_empty() {
                 self.rest().await?;
             }
@@ -105,11 +105,11 @@ impl Follower {
             () = news => {}
             () = tokio::time::sleep(POLL) => {}
         }
-        self.state.desk.store.job(self.id).await.ok()?.map(|_| ())
+        self.state.jobs.store.job(self.id).await.ok()?.map(|_| ())
     }
 
     async fn last_words(&self) -> Option<String> {
-        let job = self.state.desk.store.job(self.id).await.ok()??;
+        let job = self.state.jobs.store.job(self.id).await.ok()??;
         let body = job_body(&self.state, job).await.ok()?;
         serde_json::to_string(&body).ok()
     }

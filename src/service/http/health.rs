@@ -79,7 +79,7 @@ pub(super) async fn readyz(State(state): State<HttpState>) -> Result<Json<Health
     if state.stop.is_cancelled() {
         return Err(Problem::new(ProblemKind::ShuttingDown, "The process is stopping and takes no new work."));
     }
-    state.readiness.check(&state.desk.store, state.uploads.clone()).await?;
+    state.readiness.check(&state.jobs.store, state.uploads.clone()).await?;
     Ok(Json(HealthBody::OK))
 }
 
@@ -89,6 +89,6 @@ pub(super) async fn readyz(State(state): State<HttpState>) -> Result<Json<Health
 pub(super) async fn metrics(
     State(state): State<HttpState>,
 ) -> Result<([(HeaderName, &'static str); 1], String), Problem> {
-    let counts = state.desk.store.count_jobs().await?;
+    let counts = state.jobs.store.count_jobs().await?;
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], metrics::render(&counts)))
 }

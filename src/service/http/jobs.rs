@@ -11,7 +11,7 @@ use crate::service::http::HttpState;
 use crate::service::http::extract::{Id, no_job, text, wait_seconds};
 use crate::service::http::submit::{AssetJob, JobForm, Submission};
 use crate::service::http::view::{job_body, job_row, wait_for_job};
-use crate::service::jobs::Order;
+use crate::service::jobs::JobRequest;
 use crate::service::store::{Cancelling, JobRow};
 use crate::service::wire::{JobBody, Problem, ProblemKind, Urls};
 
@@ -49,7 +49,7 @@ pub(super) async fn submit_job(State(state): State<HttpState>, request: Request)
     let wait = wait_seconds(request.headers());
     let idempotency_key = idempotency_key(request.headers())?;
     let Submission { mesh, spec } = Submission::read(&state, request).await?;
-    let accepted = state.desk.submit(Order { mesh, spec, idempotency_key }).await?;
+    let accepted = state.jobs.submit(JobRequest { mesh, spec, idempotency_key }).await?;
     let mut job = accepted.job;
     if let Some(seconds) = wait {
         job = wait_for_job(&state, job.id, Duration::from_secs(seconds)).await?;
@@ -105,7 +105,7 @@ pub(super) async fn get_job(State(state): State<HttpState>, Id(id): Id) -> Resul
         (status = 202, description = "The run is about to stop", body = JobBody),
     ))]
 pub(super) async fn cancel_job(State(state): State<HttpState>, Id(id): Id) -> Result<Response, Problem> {
-    let job = match state.desk.cancel(id).await? {
+    let job = match state.jobs.cancel(id).await? {
         Cancelling::Unknown => return Err(no_job(id)),
         Cancelling::Asked => wait_for_job(&state, id, STOPPING).await?,
         Cancelling::Done | Cancelling::Finished => job_row(&state, id).await?,
@@ -121,5 +121,5 @@ pub(super) async fn cancel_job(State(state): State<HttpState>, Id(id): Id) -> Re
         (status = 204, description = "Gone"),
     ))]
 pub(super) async fn delete_job(State(state): State<HttpState>, Id(id): Id) -> Result<StatusCode, Problem> {
-    if state.desk.delete(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(no_job(id)) }
+    if state.jobs.delete(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(no_job(id)) }
 }

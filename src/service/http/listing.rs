@@ -131,7 +131,7 @@ pub(super) async fn list_jobs(State(state): State<HttpState>, mut pairs: Pairs) 
     pairs.finish()?;
     filter.before = page.cursor.as_deref().map(read_cursor).transpose()?;
     // One more than asked for tells whether there is a next page.
-    let mut rows = state.desk.store.list_jobs(&filter, page.limit + 1).await?;
+    let mut rows = state.jobs.store.list_jobs(&filter, page.limit + 1).await?;
     let more = rows.len() > page.limit as usize;
     rows.truncate(page.limit as usize);
     let next_cursor = rows.last().filter(|_| more).map(|last| URL_SAFE_NO_PAD.encode(last.id.as_bytes()));
@@ -154,7 +154,7 @@ fn read_cursor(cursor: &str) -> Result<Uuid, Problem> {
     responses((status = 200, description = "How many were cancelled or are about to stop", body = JobCount)))]
 pub(super) async fn cancel_jobs(State(state): State<HttpState>, pairs: Pairs) -> Result<Json<JobCount>, Problem> {
     let filter = FilterQuery::only(pairs)?;
-    Ok(Json(JobCount { jobs: state.desk.cancel_all(filter).await? }))
+    Ok(Json(JobCount { jobs: state.jobs.cancel_all(filter).await? }))
 }
 
 /// Deletes all jobs that pass the filters with their files, cancelling them first; at least one filter must be given.
@@ -162,5 +162,5 @@ pub(super) async fn cancel_jobs(State(state): State<HttpState>, pairs: Pairs) ->
     responses((status = 200, description = "How many are gone", body = JobCount)))]
 pub(super) async fn delete_jobs(State(state): State<HttpState>, pairs: Pairs) -> Result<Json<JobCount>, Problem> {
     let filter = FilterQuery::only(pairs)?;
-    Ok(Json(JobCount { jobs: state.desk.delete_all(filter).await? }))
+    Ok(Json(JobCount { jobs: state.jobs.delete_all(filter).await? }))
 }

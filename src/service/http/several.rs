@@ -30,7 +30,7 @@ pub(super) struct Files {
 impl Files {
     /// Streams one more to disk.
     pub(super) async fn receive(&mut self, state: &HttpState, field: Field<'_>) -> Result<(), Problem> {
-        let limit = state.desk.limits.upload_bytes;
+        let limit = state.jobs.limits.upload_bytes;
         let path = field.file_name().map(relative).unwrap_or_default();
         if self.files.len() == MOST_FILES {
             return Err(invalid(format!("An upload has at most {MOST_FILES} files.")));

@@ -94,6 +94,6 @@ impl Text {
         (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
     ))]
 pub(super) async fn job_spec(State(state): State<HttpState>, Id(id): Id) -> Result<Response, Problem> {
-    let text = state.desk.store.spec(id).await?.ok_or_else(|| no_job(id))?;
+    let text = state.jobs.store.spec(id).await?.ok_or_else(|| no_job(id))?;
     Ok(([(header::CONTENT_TYPE, "application/json")], text).into_response())
 }

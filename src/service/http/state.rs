@@ -7,13 +7,13 @@ use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use crate::service::http::{Access, Readiness};
-use crate::service::jobs::{Desk, Driver};
+use crate::service::jobs::{Driver, Jobs};
 
 /// What handlers share. Cheap to clone.
 #[derive(Clone)]
 pub struct HttpState {
     /// Accepts, cancels, deletes; holds the store.
-    pub desk: Desk,
+    pub jobs: Jobs,
     /// Reads uploads, draws pictures.
     pub driver: Arc<dyn Driver>,
     /// Who may use the API from a browser.

@@ -12,7 +12,7 @@ use crate::service::http::openapi::FileBytes;
 use crate::service::http::several::Files;
 use crate::service::http::spec::Text;
 use crate::service::http::upload;
-use crate::service::jobs::OrderMesh;
+use crate::service::jobs::JobMesh;
 use crate::service::wire::{Fields, Problem, ProblemKind, ResolvedSpec, SPEC_BYTES, SpecDocument};
 
 /// What a JSON body may have around the spec.
@@ -45,7 +45,7 @@ pub(super) struct AssetJob {
 
 /// What a body asked for; its mesh was read and its spec was judged.
 pub(super) struct Submission {
-    pub(super) mesh: OrderMesh,
+    pub(super) mesh: JobMesh,
     pub(super) spec: SpecDocument,
 }
 
@@ -92,7 +92,7 @@ impl Submission {
         }
         let mesh = files.finish(state).await?;
         let spec = spec.map_or_else(|| SpecDocument::of(&ResolvedSpec::default()), Ok)?;
-        Ok(Self { mesh: OrderMesh::New(mesh.accept(state, false).await?), spec })
+        Ok(Self { mesh: JobMesh::New(mesh.accept(state, false).await?), spec })
     }
 
     async fn from_json(state: &HttpState, request: Request) -> Result<Self, Problem> {
@@ -102,8 +102,8 @@ impl Submission {
         let (asset, spec) = text.read(state, read_asset_job).await?;
         let missing = || Problem::new(ProblemKind::NotFound, "There is no asset with this id; upload it first.");
         let id: Uuid = asset.parse().map_err(|_| missing())?;
-        let asset = state.desk.store.asset(id).await?.filter(|asset| asset.pinned).ok_or_else(missing)?;
-        Ok(Self { mesh: OrderMesh::Known(asset), spec })
+        let asset = state.jobs.store.asset(id).await?.filter(|asset| asset.pinned).ok_or_else(missing)?;
+        Ok(Self { mesh: JobMesh::Known(asset), spec })
     }
 }
 

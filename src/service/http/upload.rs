@@ -34,7 +34,7 @@ pub(super) struct Upload {
 
 /// Refuses a body that says itself that it is too long, before it is sent.
 pub(super) fn judge_length(state: &HttpState, headers: &HeaderMap) -> Result<(), Problem> {
-    let limit = state.desk.limits.upload_bytes;
+    let limit = state.jobs.limits.upload_bytes;
     let length = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
     match length {
         Some(length) if length > limit.saturating_add(SPEC_BYTES as u64 + AROUND) => Err(too_large(limit)),
@@ -62,7 +62,7 @@ pub(super) async fn next_field(multipart: &mut Multipart) -> Result<Option<Field
 impl Upload {
     /// Streams a part to disk.
     pub(super) async fn receive(state: &HttpState, mut field: Field<'_>) -> Result<Self, Problem> {
-        let limit = state.desk.limits.upload_bytes;
+        let limit = state.jobs.limits.upload_bytes;
         let failed = |source| Problem::from(StoreError::File { what: "writing an upload", source });
         let name = field.file_name().and_then(base_name);
         let file = NamedTempFile::new_in(&state.uploads).map_err(failed)?;
@@ -97,9 +97,9 @@ impl Upload {
         let id = Uuid::now_v7();
         let blob = format!("assets/{id}");
         if whole {
-            state.desk.store.blobs().put(&blob, bytes).await?;
+            state.jobs.store.blobs().put(&blob, bytes).await?;
         } else {
-            state.desk.store.blobs().put_file(&blob, self.file.path()).await?;
+            state.jobs.store.blobs().put_file(&blob, self.file.path()).await?;
         }
         metrics::counter!("quadrille_upload_bytes_total").increment(self.bytes);
         Ok(NewAsset {

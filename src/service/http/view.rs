@@ -14,7 +14,7 @@ const POLL: Duration = Duration::from_secs(1);
 
 /// The job object.
 pub(super) async fn job_body(state: &HttpState, job: JobRow) -> Result<JobBody, Problem> {
-    let queue_position = state.desk.store.queue_position(&job).await?;
+    let queue_position = state.jobs.store.queue_position(&job).await?;
     let id = job.id.to_string();
     Ok(JobBody {
         status: job.status,
@@ -39,12 +39,12 @@ pub(super) async fn job_body(state: &HttpState, job: JobRow) -> Result<JobBody, 
 
 /// The row of a job.
 pub(super) async fn job_row(state: &HttpState, id: Uuid) -> Result<JobRow, Problem> {
-    state.desk.store.job(id).await?.ok_or_else(|| no_job(id))
+    state.jobs.store.job(id).await?.ok_or_else(|| no_job(id))
 }
 
 /// The row of a job once it is finished, or when the time is over.
 pub(super) async fn wait_for_job(state: &HttpState, id: Uuid, at_most: Duration) -> Result<JobRow, Problem> {
-    let mut bell = state.desk.live.listen();
+    let mut bell = state.jobs.live.listen();
     let deadline = tokio::time::Instant::now() + at_most;
     loop {
         let job = job_row(state, id).await?;

@@ -1,4 +1,4 @@
-//! What a worker can have done with bytes. The one driver of the program is the road from bytes to certified files; the
+//! What a worker can have done with bytes. The one driver of the program is the way from bytes to certified files; the
 //! trait is here so that the life of a job can be tested without geometry.
 
 use bytes::Bytes;
@@ -60,7 +60,7 @@ impl Products {
     }
 }
 
-/// The road from bytes to certified files. All functions compute, so they are called on the engine's pool.
+/// The way from bytes to certified files. All functions compute, so they are called on the engine's pool.
 pub trait Driver: Send + Sync + 'static {
     /// Whether an upload can be read at all; `whole` asks to read all of it, otherwise its head is enough.
     fn inspect(&self, input: &InputFile, whole: bool) -> Result<Inspection, Problem>;

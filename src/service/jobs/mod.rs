@@ -1,12 +1,11 @@
 //! From an accepted job to its ending: the queue, the worker, progress, cancellation, expiry.
 //!
 //! ```text
-//! Desk::submit ─ row + ticket in one transaction ─► TicketQueue ─► Worker ─► Driver (engine pool) ─► Store::finish
+//! Jobs::submit ─ row + ticket in one transaction ─► TicketQueue ─► Worker ─► Driver (engine pool) ─► Store::finish
 //!                                                       ▲            │ Recorder: stage, progress, cancel flag
 //!                                                       └─ shutdown, failing storage: row + new ticket
 //! ```
 
-mod desk;
 mod driver;
 mod ending;
 mod engine_pool;
@@ -17,14 +16,15 @@ mod queue;
 #[cfg(test)]
 mod queue_tests;
 mod recorder;
+mod submissions;
 mod sweep;
 mod worker;
 
-pub use desk::{Accepted, Desk, Order, OrderMesh};
 pub use driver::{Driver, InputFile, Inspection, Made, Products};
 pub use engine_pool::{EnginePool, beside};
 pub use live::{Live, Running};
 pub use queue::{Handler, SqliteQueue, Ticket, TicketQueue};
+pub use submissions::{Accepted, JobMesh, JobRequest, Jobs};
 pub use sweep::sweep_until;
 pub use worker::Worker;
 pub(in crate::service) use worker::hex;

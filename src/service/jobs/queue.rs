@@ -99,8 +99,8 @@ impl SqliteQueue {
         Ok(())
     }
 
-    async fn one_worker<H: Handler>(&self, name: &str, hands: Hands<H>) -> Result<(), WorkerError> {
-        let close = hands.close.clone();
+    async fn one_worker<H: Handler>(&self, name: &str, shared: Shared<H>) -> Result<(), WorkerError> {
+        let close = shared.close.clone();
         let config = Config::default()
             .queue(QUEUE)
             .batch_size(1)
@@ -109,7 +109,7 @@ impl SqliteQueue {
         let backend = SqliteStorage::<Ticket>::new(&self.pool).with_config(config);
         let worker = WorkerBuilder::new(name)
             .backend(backend)
-            .data(hands)
+            .data(shared)
             .layer(ConcurrencyLimitLayer::new(self.concurrency))
             .build(take::<H>)
             .run_until(async move {
@@ -127,7 +127,7 @@ impl SqliteQueue {
     }
 }
 
-struct Hands<H> {
+struct Shared<H> {
     handler: Arc<H>,
     in_work: InWork,
     /// Nothing new is begun after this.
@@ -136,7 +136,7 @@ struct Hands<H> {
     close: CancellationToken,
 }
 
-impl<H> Clone for Hands<H> {
+impl<H> Clone for Shared<H> {
     fn clone(&self) -> Self {
         Self {
             handler: Arc::clone(&self.handler),
@@ -147,19 +147,19 @@ impl<H> Clone for Hands<H> {
     }
 }
 
-async fn take<H: Handler>(ticket: Ticket, hands: Data<Hands<H>>) -> Result<(), BoxDynError> {
-    if hands.stop.is_cancelled() {
+async fn take<H: Handler>(ticket: Ticket, shared: Data<Shared<H>>) -> Result<(), BoxDynError> {
+    if shared.stop.is_cancelled() {
         // Kept until the end, or it would be fetched again and again.
-        hands.close.cancelled().await;
+        shared.close.cancelled().await;
         return Err("the ticket came during the shutdown".into());
     }
-    let handler = Arc::clone(&hands.handler);
+    let handler = Arc::clone(&shared.handler);
     let work = async move { handler.handle(ticket).await };
-    let done = hands.in_work.once(ticket.number, work).await;
+    let done = shared.in_work.once(ticket.number, work).await;
     if let Err(error) = &done {
         tracing::error!(job.id = %ticket.job, %error, "the ticket goes back to the queue");
         // The queue hands it out again at once.
-        let _ = tokio::time::timeout(RESTART_PAUSE, hands.stop.cancelled()).await;
+        let _ = tokio::time::timeout(RESTART_PAUSE, shared.stop.cancelled()).await;
     }
     Ok(done?)
 }
@@ -182,12 +182,12 @@ impl TicketQueue for SqliteQueue {
 
     async fn work<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) {
         let in_work = InWork::new(self.concurrency);
-        let hands = Hands { handler, in_work, stop: stop.clone(), close: CancellationToken::new() };
+        let shared = Shared { handler, in_work, stop: stop.clone(), close: CancellationToken::new() };
         let workers = async {
             loop {
                 let name = format!("quadrille-{}", Uuid::now_v7());
-                let ended = self.one_worker(&name, hands.clone()).await;
-                if hands.close.is_cancelled() {
+                let ended = self.one_worker(&name, shared.clone()).await;
+                if shared.close.is_cancelled() {
                     break;
                 }
                 match ended {
@@ -196,14 +196,14 @@ impl TicketQueue for SqliteQueue {
                 }
                 tokio::time::sleep(RESTART_PAUSE).await;
                 // The next worker cannot begin either before the database can be written to.
-                let _ = patiently(None, &hands.close, || self.release(&name)).await;
+                let _ = patiently(None, &shared.close, || self.release(&name)).await;
             }
         };
         // Both in one task: `take` either begins its work before this looks, or sees that the end has come.
         let end = async {
             stop.cancelled().await;
-            hands.in_work.over().await;
-            hands.close.cancel();
+            shared.in_work.over().await;
+            shared.close.cancel();
         };
         tokio::join!(workers, end);
     }

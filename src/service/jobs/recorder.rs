@@ -1,4 +1,4 @@
-//! The books of one running attempt: what the engine says, throttled into the database; what clients say, to the engine.
+//! The record of one running attempt: what the engine says, throttled into the database; what clients say, to the engine.
 
 use std::time::{Duration, Instant};
 
@@ -15,7 +15,7 @@ use crate::service::time_left::TimeLeft;
 /// Shortest time between two writes, and longest until a cancellation by another process is seen.
 const PACE: Duration = Duration::from_millis(400);
 
-/// What the engine said.
+/// What the engine steps.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Begins(Stage),
@@ -41,14 +41,14 @@ impl Observer for Listener {
     }
 }
 
-/// What the engine said, on its way to [`Recorder::keep`].
+/// What the engine tells, on its way to [`Recorder::keep`].
 #[derive(Debug)]
-pub(super) struct Said(UnboundedReceiver<Step>);
+pub(super) struct Steps(UnboundedReceiver<Step>);
 
 /// A listener for the engine and what it hears.
-pub(super) fn channel() -> (Listener, Said) {
+pub(super) fn channel() -> (Listener, Steps) {
     let (tell, told) = unbounded_channel();
-    (Listener(tell), Said(told))
+    (Listener(tell), Steps(told))
 }
 
 /// The service's side.
@@ -65,14 +65,14 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Writes until `done`, then writes the rest; ends early if the job is lost.
-    pub(super) async fn keep(self, mut said: Said, done: CancellationToken) {
+    pub(super) async fn keep(self, mut steps: Steps, done: CancellationToken) {
         let mut page = Page::new(self.before);
         loop {
             let over = tokio::select! {
                 () = done.cancelled() => true,
                 () = tokio::time::sleep(PACE) => false,
             };
-            while let Ok(step) = said.0.try_recv() {
+            while let Ok(step) = steps.0.try_recv() {
                 page.take(step);
             }
             let held = self.write(&mut page).await;

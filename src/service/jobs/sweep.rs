@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use tokio_util::sync::CancellationToken;
 
-use crate::service::jobs::{Desk, TicketQueue};
+use crate::service::jobs::{Jobs, TicketQueue};
 use crate::service::store::{StoreError, now_ms};
 
 const PAUSE: Duration = Duration::from_secs(30);
@@ -14,9 +14,9 @@ const ORPHAN_AGE: Duration = Duration::from_secs(3600);
 const THOROUGH: u32 = 120;
 
 /// Sweeps again and again until `stop`.
-pub async fn sweep_until(desk: Desk, stop: CancellationToken) {
+pub async fn sweep_until(jobs: Jobs, stop: CancellationToken) {
     for n in 0u32.. {
-        if let Err(error) = sweep(&desk, n.is_multiple_of(THOROUGH)).await {
+        if let Err(error) = sweep(&jobs, n.is_multiple_of(THOROUGH)).await {
             tracing::warn!(%error, "sweeping failed; it will be tried again");
         }
         tokio::select! {
@@ -26,17 +26,17 @@ pub async fn sweep_until(desk: Desk, stop: CancellationToken) {
     }
 }
 
-async fn sweep(desk: &Desk, thorough: bool) -> Result<(), StoreError> {
-    for id in desk.store.expired_jobs(now_ms()).await? {
-        desk.store.delete_jobs(&[id]).await?;
+async fn sweep(jobs: &Jobs, thorough: bool) -> Result<(), StoreError> {
+    for id in jobs.store.expired_jobs(now_ms()).await? {
+        jobs.store.delete_jobs(&[id]).await?;
         tracing::info!(job.id = %id, "the job expired and was removed");
     }
     if thorough {
-        let orphans = desk.store.remove_orphans(ORPHAN_AGE).await?;
-        let leftovers = desk.store.remove_leftovers(ORPHAN_AGE).await?;
+        let orphans = jobs.store.remove_orphans(ORPHAN_AGE).await?;
+        let leftovers = jobs.store.remove_leftovers(ORPHAN_AGE).await?;
         if orphans + leftovers > 0 {
             tracing::info!(orphans, leftovers, "files and folders that nothing names were removed");
         }
     }
-    desk.queue.tidy().await
+    jobs.queue.tidy().await
 }

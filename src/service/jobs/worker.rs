@@ -25,7 +25,7 @@ pub struct Worker<Q> {
     pub live: Live,
     /// The engine's threads.
     pub pool: EnginePool,
-    /// The road from bytes to files.
+    /// The way from bytes to files.
     pub driver: Arc<dyn Driver>,
     /// Attempts, retention, patience with the storage.
     pub config: JobsConfig,
@@ -90,13 +90,13 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         job.faulty_since = None;
         let input = InputFile { bytes, name: asset.name, format: job.input.format.clone() };
 
-        let (listener, said) = recorder::channel();
+        let (listener, steps) = recorder::channel();
         let context = RunContext::new(spec.spec.seed, listener);
         let _running = self.live.enter(job.id, context.clone());
         if self.stop.is_cancelled() {
             context.stop(StopReason::Shutdown);
         }
-        let books = Recorder {
+        let record = Recorder {
             store: self.store.clone(),
             live: self.live.clone(),
             job: job.id,
@@ -106,14 +106,14 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         };
         let done = CancellationToken::new();
         let over = done.clone().drop_guard();
-        let books = tokio::spawn(books.keep(said, done));
+        let record = tokio::spawn(record.keep(steps, done));
 
         let driver = Arc::clone(&self.driver);
         let run = context.clone();
         let made = self.pool.run(&context, move || driver.run(&run, &input, &spec)).await;
 
         drop(over);
-        let _ = books.await;
+        let _ = record.await;
         Ok(made)
     }
 

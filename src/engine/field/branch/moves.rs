@@ -102,7 +102,7 @@ impl<'a> Moves<'a> {
                 .filter_map(|h| {
                     let to = mesh.target(h);
                     let is_free = !self.blocked[to as usize] && field.quarter_index[to as usize] == 0;
-                    if !is_free || path.contains(&to) || self.is_crowded(&points, to, at) {
+                    if !is_free || path.contains(&to) || self.is_too_near(&points, to, at) {
                         return None;
                     }
                     // Turning the matching across h by k puts k at its origin and takes it from its target.
@@ -147,11 +147,11 @@ impl<'a> Moves<'a> {
                 None if more > 0 => continue,
                 price => price.unwrap_or(0.0) * f64::from(more) - d.abs(),
             };
-            let is_crowded = || {
-                (new_a != 0 && old_a == 0 && self.is_crowded(&points, a, b))
-                    || (new_b != 0 && old_b == 0 && self.is_crowded(&points, b, a))
+            let is_too_near = || {
+                (new_a != 0 && old_a == 0 && self.is_too_near(&points, a, b))
+                    || (new_b != 0 && old_b == 0 && self.is_too_near(&points, b, a))
             };
-            if gain < 0.0 && !is_crowded() {
+            if gain < 0.0 && !is_too_near() {
                 moves.push(Move { edge, quarters, gain });
             }
         }
@@ -160,7 +160,7 @@ impl<'a> Moves<'a> {
     }
 
     /// Whether a branch point that comes to `to` from `from` gets too near to another one, and nearer than it was.
-    fn is_crowded(&self, points: &[u32], to: u32, from: u32) -> bool {
+    fn is_too_near(&self, points: &[u32], to: u32, from: u32) -> bool {
         let least = LEAST_DISTANCE * self.edge_length * self.frames.size(to);
         let (to_at, from_at) = (self.mesh.position(to), self.mesh.position(from));
         points.iter().filter(|&&p| p != from && p != to).any(|&p| {

@@ -38,21 +38,21 @@ struct Blade {
 pub(super) fn pair_sides(corners: &[[u32; 3]], positions: &[DVec3]) -> Pairing {
     let sides = sorted_sides(corners);
     let mut partner = vec![NONE; 3 * corners.len()];
-    let mut crowded: Vec<&[Side]> = Vec::new();
+    let mut many_sided: Vec<&[Side]> = Vec::new();
     for run in runs(&sides) {
         match *run {
             [(_, h), (_, t)] => join_sides(&mut partner, h, t),
             [_] => {}
-            _ => crowded.push(run),
+            _ => many_sided.push(run),
         }
     }
-    let non_manifold_edges = crowded.len();
+    let non_manifold_edges = many_sided.len();
     if non_manifold_edges > 0 {
         let senses = senses(corners, &partner);
         let inverted = inside_out(corners, positions, &sides, &senses);
         let mut parity = Parity::new(senses.n_patches);
         let mut open = Vec::new();
-        for run in crowded {
+        for run in many_sided {
             let blades = blades_around(run, corners, positions, &senses, &inverted);
             match by_turns(&blades) {
                 Some(order) => {

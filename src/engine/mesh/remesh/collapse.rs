@@ -24,7 +24,7 @@ impl Remesher<'_> {
                 let (a, b) = (self.mesh.origin(h), self.mesh.target(h));
                 self.mesh.fan(a, &mut fan_a);
                 self.mesh.fan(b, &mut fan_b);
-                if self.mesh.may_collapse(h, &fan_a, &fan_b) && self.collapse_is_forgiven(h, &fan_a) {
+                if self.mesh.may_collapse(h, &fan_a, &fan_b) && self.collapse_is_admissible(h, &fan_a) {
                     self.mesh.collapse(h, &fan_a);
                     break;
                 }
@@ -33,7 +33,7 @@ impl Remesher<'_> {
         Ok(())
     }
 
-    fn collapse_is_forgiven(&self, h: usize, fan_a: &[usize]) -> bool {
+    fn collapse_is_admissible(&self, h: usize, fan_a: &[usize]) -> bool {
         let mesh = &self.mesh;
         let (a, b) = (mesh.origin(h), mesh.target(h));
         let (pa, pb) = (mesh.position(a), mesh.position(b));
@@ -63,7 +63,7 @@ impl Remesher<'_> {
             // The removed vertex takes its target's place and expects what is expected there.
             let new = self.rate(corners, a, pb, self.normals[b as usize]);
             let old = mesh.area_vector(x / 3);
-            if old.dot(new.unit) < 0.2 * old.length() || !self.is_forgiven(&new, &before) {
+            if old.dot(new.unit) < 0.2 * old.length() || !self.is_admissible(&new, &before) {
                 return false;
             }
             distance = distance.min(closest_on_triangle(pa, &new.points).1.distance_squared(pa));

@@ -41,7 +41,7 @@ impl Remesher<'_> {
             };
             let now: i32 = ends.iter().chain(&apices).map(|&v| excess(v, 0)).sum();
             let then: i32 = ends.iter().map(|&v| excess(v, -1)).chain(apices.iter().map(|&v| excess(v, 1))).sum();
-            if !self.flip_is_forgiven(h, t, now - then) {
+            if !self.flip_is_admissible(h, t, now - then) {
                 continue;
             }
             self.mesh.fan(apices[0], &mut fan);
@@ -60,7 +60,7 @@ impl Remesher<'_> {
     }
 
     /// Whether a flip that improves the sum of squared valence errors by `gain` is worth its geometry.
-    fn flip_is_forgiven(&self, h: usize, t: usize, gain: i32) -> bool {
+    fn flip_is_admissible(&self, h: usize, t: usize, gain: i32) -> bool {
         let (a, b) = (self.mesh.origin(h), self.mesh.target(h));
         let (c, d) = (self.mesh.apex(h), self.mesh.apex(t));
         let old = [self.rate_as_is(h / 3), self.rate_as_is(t / 3)];
@@ -96,6 +96,6 @@ impl Remesher<'_> {
                 return false;
             }
         }
-        new.iter().all(|triangle| self.is_forgiven(triangle, &before))
+        new.iter().all(|triangle| self.is_admissible(triangle, &before))
     }
 }

@@ -1,6 +1,6 @@
 //! Isotropic remeshing [botsch_2004]: split long edges, collapse short ones, flip towards valence 6, relax, project.
 //!
-//! What the paper leaves open is decided by one rule: nothing may happen that the surface would not forgive. Each
+//! What the paper leaves open is decided by one rule: no change may take the mesh away from the surface. Each
 //! change is tried on the triangles that it makes, against the normals and the distance of the original surface.
 
 use glam::DVec3;
@@ -218,9 +218,9 @@ impl<'a> Remesher<'a> {
         self.rate(self.mesh.faces[f], crate::engine::mesh::NONE, DVec3::ZERO, DVec3::ZERO)
     }
 
-    /// Whether a new triangle is forgiven: not turned against the surface, not far from it, no sliver, where it takes
+    /// Whether a new triangle is admissible: not turned against the surface, not far from it, no sliver, where it takes
     /// the place of triangles of which the worst were `before`.
-    pub(super) fn is_forgiven(&self, new: &Rating, before: &Worst) -> bool {
+    pub(super) fn is_admissible(&self, new: &Rating, before: &Worst) -> bool {
         if new.shape <= before.shape.min(0.15) {
             return false;
         }

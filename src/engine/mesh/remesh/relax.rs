@@ -49,7 +49,7 @@ impl Remesher<'_> {
             let Some(found) = self.project(p + fraction * step, normal) else { continue };
             let expected = self.original.smooth_normal(&found);
             if self.leaves_no_bump(v, fan, found.position)
-                && self.move_is_forgiven(v, fan, found.position, expected, &before)
+                && self.move_is_admissible(v, fan, found.position, expected, &before)
             {
                 self.mesh.positions[v as usize] = found.position;
                 self.normals[v as usize] = expected;
@@ -76,7 +76,7 @@ impl Remesher<'_> {
             if fraction > 0.0 && !(self.follows_curve(s, to, t0) && self.follows_curve(s, to, t1)) {
                 continue;
             }
-            if self.move_is_forgiven(v, fan, p, DVec3::ZERO, &before) {
+            if self.move_is_admissible(v, fan, p, DVec3::ZERO, &before) {
                 self.mesh.positions[v as usize] = p;
                 self.mesh.curves.slide([s, r], v, to);
                 return;
@@ -100,11 +100,11 @@ impl Remesher<'_> {
         Worst::of(fan.iter().map(|&h| self.rate_as_is(h / 3)))
     }
 
-    fn move_is_forgiven(&self, v: u32, fan: &[usize], p: DVec3, normal: DVec3, before: &Worst) -> bool {
+    fn move_is_admissible(&self, v: u32, fan: &[usize], p: DVec3, normal: DVec3, before: &Worst) -> bool {
         fan.iter().all(|&h| {
             let new = self.rate(self.mesh.faces[h / 3], v, p, normal);
             let old = self.mesh.area_vector(h / 3);
-            old.dot(new.unit) >= 0.2 * old.length() && self.is_forgiven(&new, before)
+            old.dot(new.unit) >= 0.2 * old.length() && self.is_admissible(&new, before)
         })
     }
 }

@@ -131,7 +131,7 @@ const NEARBY: [f64; 6] = [0.97, 1.03, 0.94, 1.06, 0.9, 1.1];
 const COUNT_MISSED: f64 = 0.04;
 /// Most integers for which they are tried.
 const FEW_INTEGERS: usize = 200;
-/// With more integers, maps are worth less where more neighbours have fallen together than this share of the integers,
+/// With more integers, maps are worth less where more neighbours have collapsed than this share of the integers,
 /// by what is more times that: then quads of this size cannot show the shape, and finer quads can.
 const FEW_FALLEN: f64 = 0.05;
 const FALLEN_WEIGHT: f64 = 8.0;

@@ -1,10 +1,10 @@
 //! Integers by minimum-deviation flow [coudert_osmont_2024], for maps with more of them than the period matrix can be
-//! held for, and where rounding by it lets neighbours fall together.
+//! held for, and where rounding by it lets neighbours collapse.
 //!
 //! The seamless map is decimated to triangles between singularities, corners and curves. Both extents of every edge are
 //! integers near those of the map that keep their signs; the sum around a triangle vanishes. The map's own integers
 //! follow from them. Unlike rounding by the period matrix this says nothing of the energy, only of lengths, but needs
-//! no matrix, and neighbours that must not fall together are bounds of single variables.
+//! no matrix, and neighbours that must not collapse are bounds of single variables.
 
 mod complex;
 mod decimate;

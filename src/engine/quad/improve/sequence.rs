@@ -60,8 +60,9 @@ pub fn improve_connectivity(
         }
         let n = work.net.n_vertices() as u32;
         for v in 0..n {
+            // A pair of changes at a vertex takes up to some 20 ms.
+            ctx.check()?;
             if v % 64 == 0 {
-                ctx.check()?;
                 part.advance(f64::from(v) / f64::from(n));
             }
             for _ in 0..REPEATS {

@@ -15,9 +15,9 @@ use crate::service::wire::{InputBody, JobStatus, Problem, ProblemKind, SpecDocum
 /// Jobs that are cancelled or removed in one transaction; others may write between two.
 const BATCH: u32 = 100;
 
-/// The mesh of an order.
+/// The mesh of a new job.
 #[derive(Clone, Debug)]
-pub enum OrderMesh {
+pub enum JobMesh {
     /// Just uploaded; its bytes lie in the object store.
     New(NewAsset),
     /// Uploaded before.
@@ -26,16 +26,16 @@ pub enum OrderMesh {
 
 /// A request for a job that was found valid.
 #[derive(Clone, Debug)]
-pub struct Order {
+pub struct JobRequest {
     /// The mesh.
-    pub mesh: OrderMesh,
+    pub mesh: JobMesh,
     /// The spec.
     pub spec: SpecDocument,
     /// The client's key.
     pub idempotency_key: Option<String>,
 }
 
-/// An accepted order.
+/// An accepted job.
 #[derive(Clone, Debug)]
 pub struct Accepted {
     /// The job.
@@ -46,7 +46,7 @@ pub struct Accepted {
 
 /// Accepts, cancels and deletes. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Desk {
+pub struct Jobs {
     /// Rows and blobs.
     pub store: Store,
     /// Where tickets go.
@@ -59,15 +59,15 @@ pub struct Desk {
     pub limits: LimitsConfig,
 }
 
-impl Desk {
-    /// Accepts an order: row and ticket in one transaction, so a job that was acknowledged will run.
-    pub async fn submit(&self, order: Order) -> Result<Accepted, Problem> {
-        self.judge(&order.spec)?;
-        let uploaded = match &order.mesh {
-            OrderMesh::New(new) => Some(new.blob.clone()),
-            OrderMesh::Known(_) => None,
+impl Jobs {
+    /// Accepts a new job: row and ticket in one transaction, so a job that was acknowledged will run.
+    pub async fn submit(&self, request: JobRequest) -> Result<Accepted, Problem> {
+        self.judge(&request.spec)?;
+        let uploaded = match &request.mesh {
+            JobMesh::New(new) => Some(new.blob.clone()),
+            JobMesh::Known(_) => None,
         };
-        let written = self.write(order).await;
+        let written = self.write(request).await;
         let unused = written.as_ref().map_or(uploaded.as_ref(), |(_, unused)| unused.as_ref());
         if let Some(blob) = unused {
             self.store.blobs().remove(blob).await?;
@@ -90,14 +90,14 @@ impl Desk {
     }
 
     /// The job and a blob that nothing needs any more.
-    async fn write(&self, order: Order) -> Result<(Accepted, Option<String>), Problem> {
-        let (sha256, uploaded) = match &order.mesh {
-            OrderMesh::New(new) => (&new.sha256, Some(&new.blob)),
-            OrderMesh::Known(known) => (&known.sha256, None),
+    async fn write(&self, request: JobRequest) -> Result<(Accepted, Option<String>), Problem> {
+        let (sha256, uploaded) = match &request.mesh {
+            JobMesh::New(new) => (&new.sha256, Some(&new.blob)),
+            JobMesh::Known(known) => (&known.sha256, None),
         };
-        let fingerprint = hex(&Sha256::digest(format!("{sha256}\n{}", hex(&order.spec.sha256))));
+        let fingerprint = hex(&Sha256::digest(format!("{sha256}\n{}", hex(&request.spec.sha256))));
         let mut tx = self.store.write().await?;
-        if let Some(key) = &order.idempotency_key
+        if let Some(key) = &request.idempotency_key
             && let Some(job) = jobs::by_key(&mut tx, key).await?
         {
             if job.fingerprint != fingerprint {
@@ -111,23 +111,23 @@ impl Desk {
             return Err(Problem { retry_after: Some(30), ..Problem::new(ProblemKind::QueueFull, detail) });
         }
         // The same bytes may have come under another name first.
-        let (Adopted { asset, unused }, name, format) = match &order.mesh {
-            OrderMesh::New(new) => {
+        let (Adopted { asset, unused }, name, format) = match &request.mesh {
+            JobMesh::New(new) => {
                 (assets::adopt(&mut tx, self.store.blobs(), new).await?, new.name.clone(), new.format.clone())
             }
-            OrderMesh::Known(known) => {
+            JobMesh::Known(known) => {
                 (Adopted { asset: known.clone(), unused: None }, known.name.clone(), known.format.clone())
             }
         };
         let input = InputBody { sha256: asset.sha256, bytes: asset.bytes, name, format, ..InputBody::default() };
-        let (id, number, priority) = (Uuid::now_v7(), Uuid::now_v7(), order.spec.priority);
+        let (id, number, priority) = (Uuid::now_v7(), Uuid::now_v7(), request.spec.priority);
         let job = NewJob {
             id,
             ticket: number,
-            spec: order.spec,
+            spec: request.spec,
             asset_id: asset.id,
             input,
-            idempotency_key: order.idempotency_key,
+            idempotency_key: request.idempotency_key,
             fingerprint,
         };
         jobs::insert(&mut tx, &job).await?;
