@@ -30,7 +30,7 @@ pub fn new_crossings(
     let names: Vec<u32> = (0..quads.quads.len() as u32).flat_map(|q| [q; 2]).collect();
     let tree = FaceTree::of_triangles(halves.clone(), &names);
     let of_quad = |q: u32| {
-        if q % 32 == 0 {
+        if q.is_multiple_of(32) {
             ctx.check()?;
         }
         let mut others: Vec<u32> = Vec::new();

@@ -1,9 +1,11 @@
 //! Feature curves and boundary pieces of the surface against chains of quad edges.
 
+use crate::engine::certify::samples::{local_edge, sample};
 use crate::engine::certify::segments::{Segment, SegmentIndex};
 use crate::engine::certify::shape::mean;
+use crate::engine::certify::trace::{Curve, trace};
 use crate::engine::certify::{Check, QuadTopology, Violation};
-use crate::engine::mesh::{Surface, TriMesh};
+use crate::engine::mesh::Surface;
 use crate::engine::numerics::DisjointSets;
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
@@ -28,17 +30,6 @@ const COVERED: f64 = 0.95;
 const GAP: usize = 5;
 /// An edge passes through a vertex of a curve if it comes this near, in parts of its reach.
 const LINK: f64 = 0.05;
-/// A curve has a direction over the length of a quad edge if its ends are apart by more than this part of that length;
-/// where it turns back within less than an edge, no chain of quads can follow its turns.
-const STRETCHED: f64 = 0.5;
-/// A bay of a boundary with a mouth narrower than this many quad edges has no quad of its own, …
-const MOUTH: f64 = 0.5;
-/// … if it is at most two edges deep, which is as far as quads may be from the surface: the length of its shore, in edges.
-const SHORE: f64 = 4.0;
-/// Curves get a sample per tenth of a mean quad edge, at most about so many.
-const SAMPLES: f64 = 200_000.0;
-/// … and each at least so many.
-const LEAST_SAMPLES: f64 = 8.0;
 
 /// What the curve checks found.
 pub(super) struct Curves {
@@ -47,12 +38,6 @@ pub(super) struct Curves {
     pub(super) distances: Vec<f64>,
     /// Per quad vertex, whether a corner of the surface is there.
     pub(super) is_corner: Vec<bool>,
-}
-
-/// A maximal chain of feature edges, or of boundary edges, between corners and junctions, or closed.
-struct Curve {
-    vertices: Vec<u32>,
-    is_boundary: bool,
 }
 
 /// Per edge of the quads, how far it stands for points: `TOLERANCE` of the mean length of the edges at its ends.
@@ -165,187 +150,6 @@ fn match_corners(surface: &Surface, quads: &QuadMesh, diagonal: f64) -> (Vec<(u3
         matched.push((corner, at));
     }
     (matched, is_corner)
-}
-
-/// Cuts the network of feature and boundary edges at corners and junctions.
-fn trace(surface: &Surface) -> Vec<Curve> {
-    let mesh = &surface.mesh;
-    let n = mesh.n_vertices() as u32;
-    // Half of each network edge per end: (from, to, on the boundary).
-    let mut halves: Vec<(u32, u32, bool)> = Vec::new();
-    let interior = surface.features.edges.iter().filter(|e| e.iter().all(|&v| v < n));
-    halves.extend(interior.flat_map(|&[a, b]| [(a, b, false), (b, a, false)]));
-    let boundary = (0..mesh.n_halfedges()).filter(|&h| mesh.is_boundary(h));
-    let boundary = boundary.map(|h| (mesh.origin(h), mesh.target(h)));
-    halves.extend(boundary.flat_map(|(a, b)| [(a, b, true), (b, a, true)]));
-    halves.sort_unstable();
-    let around = |v: u32| {
-        let start = halves.partition_point(|h| h.0 < v);
-        start..start + halves[start..].partition_point(|h| h.0 == v)
-    };
-    let is_stop = |v: u32| around(v).len() != 2 || surface.features.is_corner(v);
-    let mut seen = vec![false; halves.len()];
-    let mut curves = Vec::new();
-    // First the chains that begin at a stop, then the closed ones.
-    for from_stops in [true, false] {
-        for first in 0..halves.len() {
-            if seen[first] || (from_stops && !is_stop(halves[first].0)) {
-                continue;
-            }
-            let mut vertices = vec![halves[first].0];
-            let mut at = first;
-            loop {
-                let (from, to, _) = halves[at];
-                seen[at] = true;
-                let back = around(to).find(|&i| halves[i].1 == from && !seen[i]);
-                if let Some(back) = back {
-                    seen[back] = true;
-                }
-                vertices.push(to);
-                if to == vertices[0] || is_stop(to) {
-                    break;
-                }
-                let Some(onward) = around(to).find(|&i| !seen[i]) else { break };
-                at = onward;
-            }
-            if vertices.len() > 2 && vertices[0] == vertices[vertices.len() - 1] && !is_stop(vertices[0]) {
-                start_where_any_numbering_does(mesh, &mut vertices);
-            }
-            curves.push(Curve { vertices, is_boundary: halves[first].2 });
-        }
-    }
-    curves
-}
-
-/// Turns a closed curve so that it starts at its least vertex by coordinates and goes on to the lesser neighbour: samples
-/// are then in the same places whether a component is judged alone or in its model.
-fn start_where_any_numbering_does(mesh: &TriMesh, vertices: &mut Vec<u32>) {
-    let order = |a: u32, b: u32| {
-        let (p, q) = (mesh.position(a).to_array(), mesh.position(b).to_array());
-        p.iter().zip(&q).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
-    };
-    vertices.pop();
-    let n = vertices.len();
-    let least = (0..n).min_by(|&i, &j| order(vertices[i], vertices[j])).unwrap_or(0);
-    vertices.rotate_left(least);
-    if order(vertices[n - 1], vertices[1 % n]).is_lt() {
-        vertices[1..].reverse();
-    }
-    vertices.push(vertices[0]);
-}
-
-struct Sample {
-    position: DVec3,
-    /// Of the piece of curve at the sample, and of a chord of about a quad edge around it: scan edges zigzag below
-    /// that size, and split triangles follow every zigzag. Zero where it turns back within that chord: any direction is
-    /// as good there.
-    directions: [DVec3; 2],
-    curve: usize,
-    /// Whether the quads may pass it by; see [`bays`].
-    is_in_bay: bool,
-}
-
-/// Mean length of the quad edges along a curve, so that a curve is judged alike whatever else the model has: a mean over
-/// the whole model would not be the one of its component. `None` where no quad edge is near.
-fn local_edge(surface: &Surface, index: &SegmentIndex, curve: &Curve) -> Option<f64> {
-    let stride = curve.vertices.len().div_ceil(16);
-    let (mut sum, mut n) = (0.0, 0);
-    for &v in curve.vertices.iter().step_by(stride) {
-        let mut longest: f64 = 0.0;
-        index.reaching(surface.mesh.position(v), |segment, _| longest = longest.max(segment.reach));
-        if longest > 0.0 {
-            sum += longest / TOLERANCE;
-            n += 1;
-        }
-    }
-    (n > 0).then(|| sum / f64::from(n))
-}
-
-impl Curve {
-    fn points(&self, surface: &Surface) -> Vec<DVec3> {
-        self.vertices.iter().map(|&v| surface.mesh.position(v)).collect()
-    }
-}
-
-fn length(points: &[DVec3]) -> f64 {
-    points.windows(2).map(|w| w[0].distance(w[1])).sum()
-}
-
-/// The bays and spits of a boundary curve at the scale of quads with edges of this length, as ranges of its arc length:
-/// those with a mouth narrower than `MOUTH` edges, unless they are deeper than quads may be away from the surface; a slit
-/// that long has two sides.
-fn bays(points: &[DVec3], edge: f64) -> Vec<[f64; 2]> {
-    let mut arc = vec![0.0];
-    arc.extend(points.windows(2).scan(0.0, |sum, w| {
-        *sum += w[0].distance(w[1]);
-        Some(*sum)
-    }));
-    let longest = (SHORE * edge).min(0.5 * arc[points.len() - 1]);
-    let mut found = Vec::new();
-    let mut at = 0;
-    while at + 1 < points.len() {
-        let within = arc.partition_point(|&a| a <= arc[at] + longest);
-        let is_bay = |&j: &usize| {
-            let mouth = points[j].distance(points[at]);
-            mouth <= MOUTH * edge && mouth < STRETCHED * (arc[j] - arc[at])
-        };
-        let end = (at + 1..within).rev().find(is_bay);
-        found.extend(end.map(|end| [arc[at], arc[end]]));
-        at = end.unwrap_or(at + 1);
-    }
-    found
-}
-
-/// Samples along all curves, in order, evenly by arc length; `lines` are their points, `spans` the lengths of the quad edges
-/// along them.
-fn sample(curves: &[Curve], lines: &[Vec<DVec3>], spans: &[f64]) -> Vec<Sample> {
-    let total: f64 = lines.iter().map(|points| length(points)).sum();
-    let coarsest = total / SAMPLES;
-    let mut samples = Vec::new();
-    for (curve, (points, &mean_edge)) in lines.iter().zip(spans).enumerate() {
-        let bays = if curves[curve].is_boundary { bays(points, mean_edge) } else { Vec::new() };
-        let spacing = (0.1 * mean_edge).max(coarsest);
-        let all = length(points);
-        let n = if spacing > 0.0 { (all / spacing).ceil().max(LEAST_SAMPLES) } else { LEAST_SAMPLES };
-        let reach = 0.5 * mean_edge;
-        let mut walk = [Walk::default(), Walk::default(), Walk::default()];
-        for i in 0..n as usize {
-            let wanted = (i as f64 + 0.5) / n * all;
-            let (before, after) = ((wanted - reach).max(0.0), (wanted + reach).min(all));
-            let position = walk[0].to(points, wanted);
-            let chord = walk[2].to(points, after) - walk[1].to(points, before);
-            let piece = points[walk[0].piece + 1] - points[walk[0].piece];
-            let chord = if chord.length() > STRETCHED * (after - before) { chord } else { DVec3::ZERO };
-            let directions = [piece, chord].map(DVec3::normalize_or_zero);
-            let is_in_bay = bays.get(bays.partition_point(|bay| bay[1] < wanted)).is_some_and(|bay| bay[0] < wanted);
-            samples.push(Sample { position, directions, curve, is_in_bay });
-        }
-    }
-    samples
-}
-
-/// A place on a polyline that only moves forward.
-#[derive(Default)]
-struct Walk {
-    piece: usize,
-    before: f64,
-}
-
-impl Walk {
-    /// The point at this arc length, not less than the last one asked for.
-    fn to(&mut self, points: &[DVec3], wanted: f64) -> DVec3 {
-        while self.piece + 2 < points.len() {
-            let length = points[self.piece].distance(points[self.piece + 1]);
-            if self.before + length >= wanted {
-                break;
-            }
-            self.before += length;
-            self.piece += 1;
-        }
-        let (a, b) = (points[self.piece], points[self.piece + 1]);
-        let t = if a == b { 0.0 } else { ((wanted - self.before) / a.distance(b)).clamp(0.0, 1.0) };
-        a.lerp(b, t)
-    }
 }
 
 /// Quad edges that pass through vertices of the curve: quads that follow a curve exactly have edges shorter than the

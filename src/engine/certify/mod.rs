@@ -24,9 +24,11 @@ mod footprint;
 mod judge;
 mod orientation;
 mod report;
+mod samples;
 mod segments;
 mod shape;
 mod topology;
+mod trace;
 
 #[cfg(test)]
 mod strict_tests;

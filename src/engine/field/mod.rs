@@ -7,6 +7,7 @@ mod curvature;
 mod frames;
 mod sizing;
 mod smooth;
+mod smooth_system;
 mod strokes;
 mod transfer;
 mod turning;

@@ -5,12 +5,10 @@
 //! in their gradient so that neighbours differ little [borouchaki_1998], and shifted so that the number of quads that
 //! they amount to stays the number asked for.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use crate::engine::field::curvature::largest_curvature;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;
+use crate::engine::numerics::PathSearch;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
@@ -80,25 +78,20 @@ pub fn graded_sizes(ctx: &RunContext, mesh: &TriMesh, wanted: &[f64], edge_lengt
 }
 
 /// Lowers sizes (model units) until none exceeds a neighbour's by more than the gradient allows.
-fn limited(mesh: &TriMesh, mut size: Vec<f64>) -> Vec<f64> {
-    // Sizes are positive: their bits are ordered like themselves.
-    let mut heap: BinaryHeap<_> =
-        (0..mesh.n_vertices() as u32).map(|v| Reverse((size[v as usize].to_bits(), v))).collect();
-    while let Some(Reverse((bits, v))) = heap.pop() {
-        if bits != size[v as usize].to_bits() {
-            continue;
-        }
+fn limited(mesh: &TriMesh, size: Vec<f64>) -> Vec<f64> {
+    // Sizes are positive: a size is the shortest way to a vertex where each begins as large as it wants to be.
+    let mut search = PathSearch::new(mesh.n_vertices());
+    for (v, &size) in (0u32..).zip(&size) {
+        search.start(v, size);
+    }
+    while let Some((size, v)) = search.nearest() {
         for h in mesh.fan(v) {
             for w in [mesh.target(h), mesh.origin(prev(h))] {
-                let most = size[v as usize] + GRADIENT * mesh.position(v).distance(mesh.position(w));
-                if size[w as usize] > most {
-                    size[w as usize] = most;
-                    heap.push(Reverse((most.to_bits(), w)));
-                }
+                search.reach(w, size + GRADIENT * mesh.position(v).distance(mesh.position(w)), h as u32, v);
             }
         }
     }
-    size
+    (0..mesh.n_vertices() as u32).map(|v| search.distance(v)).collect()
 }
 
 /// The wanted size for a colour (RGBA, 0 to 1): density is 1/4 at black, 1 at middle grey and 4 at white, by the mean of

@@ -2,6 +2,7 @@
 //! ([`Features`]).
 
 mod canonical;
+mod closest;
 pub mod condition;
 mod conditioned;
 mod face_cells;
@@ -17,13 +18,14 @@ pub mod shapes;
 mod soup;
 mod tri_mesh;
 
+pub use closest::{closest_on_segment, closest_on_triangle};
 pub use conditioned::{Conditioned, Surface, SurfacePart};
 pub use face_cells::FaceCells;
 pub use feature_detection::{Detected, FeatureOptions, detect_features, detect_features_and_detail, features_of_edges};
 pub use features::Features;
 pub use handles::{SmallHandle, small_handles};
 pub use influences::Influences;
-pub use locate::{FaceTree, SurfaceIndex, SurfacePoint, closest_on_segment, closest_on_triangle};
+pub use locate::{FaceTree, SurfaceIndex, SurfacePoint};
 pub use paths::ShortestPaths;
 pub use refine::{Refined, refine};
 pub use remesh::{IsotropicOptions, graded_working_mesh, remesh_isotropic, straightened, working_mesh};

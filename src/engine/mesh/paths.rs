@@ -1,10 +1,8 @@
 //! Shortest paths along edges.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;
+use crate::engine::numerics::PathSearch;
 
 /// Shortest paths along edges from some vertices to all others.
 #[derive(Clone, Debug)]
@@ -18,29 +16,20 @@ pub struct ShortestPaths {
 impl ShortestPaths {
     /// O(F log F).
     pub fn new(mesh: &TriMesh, sources: impl Iterator<Item = u32>) -> Self {
-        let mut distance = vec![f64::INFINITY; mesh.n_vertices()];
-        let mut by: Vec<Option<usize>> = vec![None; mesh.n_vertices()];
-        let mut heap = BinaryHeap::new();
+        let mut search = PathSearch::new(mesh.n_vertices());
         for v in sources {
-            distance[v as usize] = 0.0;
-            heap.push(Reverse((0u64, v)));
+            search.start(v, 0.0);
         }
-        while let Some(Reverse((key, v))) = heap.pop() {
-            let here = distance[v as usize];
-            // Distances are not negative: their bits are ordered like themselves.
-            if key != here.to_bits() {
-                continue;
-            }
+        while let Some((here, v)) = search.nearest() {
             for h in mesh.fan(v).flat_map(|h| [h, prev(h)]) {
-                let w = across_from(mesh, h, v);
-                let there = here + edge_length(mesh, h);
-                if there < distance[w as usize] {
-                    (distance[w as usize], by[w as usize]) = (there, Some(h));
-                    heap.push(Reverse((there.to_bits(), w)));
-                }
+                search.reach(across_from(mesh, h, v), here + edge_length(mesh, h), h as u32, v);
             }
         }
-        Self { distance, by }
+        let vertices = 0..mesh.n_vertices() as u32;
+        Self {
+            distance: vertices.clone().map(|v| search.distance(v)).collect(),
+            by: vertices.map(|v| search.via(v).map(|h| h as usize)).collect(),
+        }
     }
 
     /// Length of the path across the edge of a halfedge: from the source of one end to that of the other.

@@ -1,5 +1,6 @@
 //! From cross fields to maps.
 
+mod constraints;
 mod corner_forms;
 mod elimination;
 mod generators;

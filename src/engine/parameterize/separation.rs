@@ -5,13 +5,12 @@
 //! unfolded into one chart. If the longer of its two coordinates is a difference of integers, it must stay at least one
 //! grid unit and keep its sign; otherwise the strip between the two elements would have no width.
 
-use std::cmp::Reverse;
 use std::collections::BTreeMap;
-use std::collections::BinaryHeap;
 
 use crate::engine::mesh::NONE;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::{next, prev};
+use crate::engine::numerics::PathSearch;
 use crate::engine::parameterize::corner_forms::{CornerForms, Form, real_parts};
 use crate::engine::parameterize::grid_map::{Iso, rotate};
 use crate::engine::parameterize::reduced::{Place, Unknowns};
@@ -132,27 +131,22 @@ fn grow(elements: &Elements<'_>, sources: &[u32]) -> (Vec<u32>, Vec<Option<Step>
     let mesh = elements.mesh;
     let mut from = vec![NONE; mesh.n_vertices()];
     let mut step: Vec<Option<Step>> = vec![None; mesh.n_vertices()];
-    let mut distance = vec![f64::INFINITY; mesh.n_vertices()];
-    let mut heap = BinaryHeap::new();
+    let mut search = PathSearch::new(mesh.n_vertices());
     for &v in sources {
-        (from[v as usize], distance[v as usize]) = (v, 0.0);
-        heap.push(Reverse((0u64, v)));
+        from[v as usize] = v;
+        search.start(v, 0.0);
     }
-    while let Some(Reverse((key, v))) = heap.pop() {
-        let d = distance[v as usize];
-        // Distances are not negative: their bits are ordered like themselves.
-        if key != d.to_bits() || d > 0.5 * LONGEST {
-            continue;
+    while let Some((d, v)) = search.nearest() {
+        if d > 0.5 * LONGEST {
+            break;
         }
         for h in mesh.fan(v) {
             for (here, there) in [(h, next(h)), (h, prev(h))] {
                 let w = mesh.origin(there);
                 let longer = d + (elements.seamless[there] - elements.seamless[here]).length();
-                if longer < distance[w as usize] {
-                    distance[w as usize] = longer;
+                if search.reach(w, longer, there as u32, v) {
                     from[w as usize] = from[v as usize];
                     step[w as usize] = Some((here, there));
-                    heap.push(Reverse((longer.to_bits(), w)));
                 }
             }
         }

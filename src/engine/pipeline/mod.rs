@@ -4,6 +4,7 @@ mod attempt;
 #[cfg(test)]
 mod attribute_tests;
 mod check;
+mod components;
 mod costs;
 mod error;
 mod finding;

@@ -1,7 +1,6 @@
 //! The list of stages of one run, from a soup to certified quads.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::engine::attributes::{Origin, Preserve, QuadAttributes, carry, corner_normals};
 use crate::engine::certify::{certify, new_crossings};
@@ -14,13 +13,14 @@ use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::mesh::{Detected, FeatureOptions, TriMesh, detect_features_and_detail};
 use crate::engine::methods::Level;
+use crate::engine::pipeline::components::{solve_all, warnings_of};
 use crate::engine::pipeline::costs::{Size, plan_of_model};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::finding::Finding;
 use crate::engine::pipeline::outcome::{MapOutcome, assemble_map};
 use crate::engine::pipeline::report::{FeatureReport, InputReport, Repairs, Report};
 use crate::engine::pipeline::sizing::sizes;
-use crate::engine::pipeline::solve::{Solution, Stopped, solve};
+use crate::engine::pipeline::solve::Solution;
 use crate::engine::pipeline::spec::{NonOrientable, RemeshSpec, Target};
 use crate::engine::pipeline::symmetry::{Fold, fold, unfold_map, unfold_quads, unfold_surface};
 use crate::engine::problem::{Problem, split};
@@ -320,130 +320,5 @@ fn give_up_features(surface: &mut Surface, problems: &[Problem], solved: &[Solut
     given_up
 }
 
-/// Components in parallel, largest first so that the pool is never left waiting for a late large one.
-fn solve_all(ctx: &RunContext, problems: &[Problem], spec: &RemeshSpec) -> Result<Vec<Solution>, RemeshError> {
-    let weights: Vec<f64> = problems.iter().map(|c| c.quads).collect();
-    let parts = ctx.stages(Stage::Refine, Stage::Optimise).side_by_side(&weights);
-    let mut order: Vec<usize> = (0..problems.len()).collect();
-    order.sort_by(|&a, &b| problems[b].quads.total_cmp(&problems[a].quads).then(a.cmp(&b)));
-    let stopped = |component: usize, Stopped { stop, causes }| match causes.is_empty() {
-        true => RemeshError::Cancelled(stop),
-        false => RemeshError::OutOfTime { component, causes: causes.join("; "), stop },
-    };
-    let mut solved: Vec<(usize, Result<Solution, String>)> = order
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|c| {
-            let result = solve(&parts[c], &problems[c], spec).map_err(|e| stopped(c, e))?;
-            parts[c].advance(1.0);
-            Ok((c, result))
-        })
-        .collect::<Result<_, RemeshError>>()?;
-    solved.sort_by_key(|(c, _)| *c);
-    solved
-        .into_iter()
-        .map(|(component, result)| result.map_err(|cause| RemeshError::NoQuads { component, cause }))
-        .collect()
-}
-
-/// At most this many warnings of components are listed one by one.
-const MAX_COMPONENT_WARNINGS: usize = 20;
-
-fn warnings_of(solved: &[Solution]) -> Vec<Warning> {
-    let name = |c: usize| (solved.len() > 1).then_some(c as u32);
-    let of = |(c, s): (usize, &Solution)| {
-        let named = move |w: &Warning| Warning { component: name(c), ..w.clone() };
-        s.warnings.iter().map(named).collect::<Vec<_>>()
-    };
-    let mut all = solved.iter().enumerate().flat_map(of);
-    let mut warnings: Vec<Warning> = all.by_ref().take(MAX_COMPONENT_WARNINGS).collect();
-    let more = all.count();
-    if more > 0 {
-        warnings.push(WarningKind::MoreWarnings { warnings: more }.into());
-    }
-    warnings
-}
-
 #[cfg(test)]
-mod tests {
-    use std::sync::{Arc, OnceLock};
-
-    use super::*;
-    use crate::engine::mesh::shapes::sample_surface;
-    use crate::engine::run::Observer;
-
-    /// Stops the run for a reason whenever a stage of a kind begins.
-    struct StopAt(Arc<OnceLock<RunContext>>, Vec<(Stage, StopReason)>);
-
-    impl Observer for StopAt {
-        fn stage_begins(&self, stage: Stage) {
-            for &(_, reason) in self.1.iter().filter(|(at, _)| *at == stage) {
-                if let Some(ctx) = self.0.get() {
-                    ctx.stop(reason);
-                }
-            }
-        }
-        fn stage_ends(&self, _: Stage) {}
-        fn progress(&self, _: u32) {}
-    }
-
-    fn stopped_at(stops: &[(Stage, StopReason)]) -> Result<Outcome, RemeshError> {
-        cut_at(stops, &RemeshSpec { target: Target::Quads(600), ..RemeshSpec::default() })
-    }
-
-    fn cut_at(stops: &[(Stage, StopReason)], spec: &RemeshSpec) -> Result<Outcome, RemeshError> {
-        let mesh = sample_surface("genus2", 2000).unwrap().mesh;
-        let mut soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
-        soup.colours = vec![[0.5; 4]; soup.positions.len()];
-        let handle = Arc::new(OnceLock::new());
-        let ctx = RunContext::new(0, StopAt(handle.clone(), stops.to_vec()));
-        handle.get_or_init(|| ctx.clone());
-        let outcome = remesh(&ctx, &soup, spec);
-        assert!(ctx.stopped().is_some(), "{stops:?}");
-        outcome
-    }
-
-    #[test]
-    fn at_the_deadline_small_surfaces_get_what_there_is_and_a_client_gets_nothing() {
-        let early = stopped_at(&[(Stage::Map, StopReason::Deadline)]).unwrap().report;
-        assert_eq!((early.certified, early.level), (true, Level::L4));
-        assert!((early.quads.count as f64 / 600.0 - 1.0).abs() < 0.5, "{}", early.quads.count);
-        assert!(early.cut_by_deadline);
-        let is_deadline = |w: &Warning| matches!(w.kind, WarningKind::Deadline { .. });
-        assert!(early.warnings.iter().any(is_deadline), "{:?}", early.warnings);
-    }
-
-    #[test]
-    fn every_stage_heeds_a_stop() {
-        use Stage::{Certify, Condition, Extract, Features, Field, Map, Optimise, Refine, Round, Write};
-        for stage in [Condition, Features, Refine, Field, Map, Round, Extract, Optimise, Certify, Write] {
-            for reason in [StopReason::Client, StopReason::Shutdown, StopReason::Overtime] {
-                let stopped = stopped_at(&[(stage, reason)]);
-                assert!(
-                    matches!(stopped, Err(RemeshError::Cancelled(Cancelled(r))) if r == reason),
-                    "{stage:?} {reason:?}"
-                );
-            }
-        }
-        // After the deadline as well.
-        for late in [Certify, Write] {
-            let stops = [(Stage::Map, StopReason::Deadline), (late, StopReason::Client)];
-            assert!(
-                matches!(stopped_at(&stops), Err(RemeshError::Cancelled(Cancelled(StopReason::Client)))),
-                "{late:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn where_the_time_may_not_suffice_pairs_of_triangles_come_first_and_the_map_is_preferred() {
-        let mesh = sample_surface("genus2", 2000).unwrap().mesh;
-        let soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
-        let spec = RemeshSpec { target: Target::Quads(600), time_limit: 1.0, ..RemeshSpec::default() };
-        let report = remesh(&RunContext::silent(), &soup, &spec).unwrap().report;
-        assert_eq!((report.certified, report.level, report.cut_by_deadline), (true, Level::L0, false));
-        let cut = cut_at(&[(Stage::Map, StopReason::Deadline)], &spec).unwrap().report;
-        assert_eq!((cut.certified, cut.level, cut.cut_by_deadline), (true, Level::L3, true));
-        assert!((cut.quads.count as f64 / 600.0 - 1.0).abs() < 0.25, "{}", cut.quads.count);
-    }
-}
+mod tests;

@@ -8,9 +8,9 @@
 //! optimum from cancelling negative cycles. A cycle that uses an edge twice costs more than the sum of its steps, so
 //! what is found is optimal but for such cycles.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BTreeMap;
 
+use crate::engine::numerics::PathSearch;
 use crate::engine::parameterize::quantise::labels::{Parents, States};
 use crate::engine::run::{Cancelled, RunContext};
 
@@ -146,7 +146,7 @@ impl Flow {
     /// Makes all sums 0 by shortest walks between wrong ones.
     fn balance(&self, ctx: &RunContext, x: &mut [i64]) -> Result<bool, Cancelled> {
         let mut sums = self.sums(x);
-        let mut search = Search::new(self.n_states());
+        let mut search = PathSearch::new(self.n_states());
         for sum in 0..sums.len() {
             while sums[sum] != 0 {
                 ctx.check()?;
@@ -167,20 +167,26 @@ impl Flow {
 
     /// The cheapest walk from a wrong sum to another one, or to outside, and that one. Steps that gain something count as
     /// free: gains are for cycles to find.
-    fn shortest(&self, x: &[i64], sums: &[i64], sum: usize, search: &mut Search) -> Option<(Vec<u32>, Option<usize>)> {
+    fn shortest(
+        &self,
+        x: &[i64],
+        sums: &[i64],
+        sum: usize,
+        search: &mut PathSearch,
+    ) -> Option<(Vec<u32>, Option<usize>)> {
         let outside = self.n_states() as u32 - 1;
         let mut banned: Vec<u32> = Vec::new();
         'search: loop {
             search.clear();
             let source = 2 * sum as u32 + u32::from(sums[sum] > 0);
-            search.reach(source, 0.0, u32::MAX, u32::MAX);
-            while let Some((distance, state)) = search.next() {
+            search.start(source, 0.0);
+            while let Some((distance, state)) = search.nearest() {
                 let at = (state / 2) as usize;
                 // The walk may end where a sum is wrong the right way; where it began, one unit is taken already.
                 let needed = if at == sum { 2 } else { 1 };
                 let sign = if state % 2 == 0 { 1 } else { -1 };
                 if state == outside || sums[at] * sign >= needed {
-                    let walk = search.walk(state);
+                    let walk = search.steps(state);
                     // A walk through an edge twice may leave its bounds.
                     if let Some(bad) = self.leaves_bounds(x, &walk) {
                         banned.push(bad);
@@ -308,70 +314,5 @@ impl Flow {
     fn is_twice(&self, walk: &[u32], a: u32) -> bool {
         let variable = self.arcs[a as usize].variable;
         walk.iter().filter(|&&b| self.arcs[b as usize].variable == variable).count() > 1
-    }
-}
-
-/// Dijkstra's algorithm that forgets only what it has seen.
-struct Search {
-    distance: Vec<f64>,
-    /// The arc by which a state was reached, and from where.
-    arc: Vec<u32>,
-    from: Vec<u32>,
-    done: Vec<bool>,
-    touched: Vec<u32>,
-    heap: BinaryHeap<Reverse<(u64, u32)>>,
-}
-
-impl Search {
-    fn new(n: usize) -> Self {
-        Self {
-            distance: vec![f64::INFINITY; n],
-            arc: vec![u32::MAX; n],
-            from: vec![u32::MAX; n],
-            done: vec![false; n],
-            touched: Vec::new(),
-            heap: BinaryHeap::new(),
-        }
-    }
-
-    fn clear(&mut self) {
-        for s in self.touched.drain(..) {
-            self.distance[s as usize] = f64::INFINITY;
-            self.arc[s as usize] = u32::MAX;
-            self.done[s as usize] = false;
-        }
-        self.heap.clear();
-    }
-
-    fn reach(&mut self, state: u32, distance: f64, arc: u32, from: u32) {
-        let s = state as usize;
-        if distance < self.distance[s] {
-            if self.distance[s] == f64::INFINITY {
-                self.touched.push(state);
-            }
-            (self.distance[s], self.arc[s], self.from[s]) = (distance, arc, from);
-            // Distances are not negative: their bits are ordered like themselves.
-            self.heap.push(Reverse((distance.to_bits(), state)));
-        }
-    }
-
-    fn next(&mut self) -> Option<(f64, u32)> {
-        while let Some(Reverse((_, state))) = self.heap.pop() {
-            if !std::mem::replace(&mut self.done[state as usize], true) {
-                return Some((self.distance[state as usize], state));
-            }
-        }
-        None
-    }
-
-    /// The arcs on the way to a state, in order.
-    fn walk(&self, state: u32) -> Vec<u32> {
-        let (mut walk, mut s) = (Vec::new(), state as usize);
-        while self.arc[s] != u32::MAX {
-            walk.push(self.arc[s]);
-            s = self.from[s] as usize;
-        }
-        walk.reverse();
-        walk
     }
 }

@@ -1,8 +1,6 @@
 //! The cheapest closed curve across given arcs: straight on through quads, or turning inside some of them.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
+use crate::engine::numerics::PathSearch;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::fill::embedded_graph::EmbeddedGraph;
 use crate::engine::quad::fill::faces::Faces;
@@ -23,11 +21,8 @@ pub(super) struct CurveSearch<'a> {
     graph: &'a EmbeddedGraph,
     faces: &'a Faces,
     turn: u32,
-    /// Per dart, the cost to come there, valid if it was reached in this round.
-    cost: Vec<u32>,
-    from: Vec<u32>,
-    round: Vec<u32>,
-    now: u32,
+    /// Nodes are darts; costs are whole numbers.
+    search: PathSearch,
     /// A dart of every boundary arc, inside.
     inward: Vec<u32>,
 }
@@ -35,11 +30,10 @@ pub(super) struct CurveSearch<'a> {
 impl<'a> CurveSearch<'a> {
     /// All faces inside must be quads.
     pub(super) fn new(graph: &'a EmbeddedGraph, faces: &'a Faces) -> Self {
-        let n = graph.n_darts() as usize;
         let is_outside = |d: u32| faces.outside[faces.of[d as usize] as usize];
         let inward = (0..graph.n_darts()).filter(|&d| graph.is_alive(d) && is_outside(d ^ 1)).collect();
         let turn = TURN + STEP * (faces.first.len() as u32 / QUADS_PER_STEP).min(MOST_STEPS);
-        Self { graph, faces, turn, cost: vec![0; n], from: vec![0; n], round: vec![0; n], now: 0, inward }
+        Self { graph, faces, turn, search: PathSearch::new(graph.n_darts() as usize), inward }
     }
 
     /// The arcs of the cheapest curve that begins with these darts, crosses each of their arcs once and none of the `taken`
@@ -49,15 +43,12 @@ impl<'a> CurveSearch<'a> {
         let graph = self.graph;
         let (goal, start) = (*run.first()?, *run.last()?);
         let is_open = |d: u32| !taken[d as usize / 2] && run.iter().all(|r| r / 2 != d / 2);
-        self.now += 1;
-        let mut heap = BinaryHeap::new();
+        self.search.clear();
         let mut was_outside = false;
         let mut best = (limit, u32::MAX);
-        self.reach(start, u32::MAX, STEP * run.len() as u32, &mut heap);
-        while let Some(Reverse((cost, d))) = heap.pop() {
-            if cost > self.cost[d as usize] {
-                continue;
-            }
+        self.search.start(start, f64::from(STEP * run.len() as u32));
+        while let Some((cost, d)) = self.search.nearest() {
+            let cost = cost as u32;
             if cost >= best.0 {
                 break;
             }
@@ -70,7 +61,7 @@ impl<'a> CurveSearch<'a> {
                             best = (cost, d);
                         }
                         if is_open(into) {
-                            self.reach(into, d, cost + STEP, &mut heap);
+                            self.reach(into, d, cost + STEP);
                         }
                     }
                 }
@@ -82,7 +73,7 @@ impl<'a> CurveSearch<'a> {
                 if exit ^ 1 == goal {
                     best = best.min((cost + turn, d));
                 } else if is_open(exit) {
-                    self.reach(exit ^ 1, d, cost + turn + STEP, &mut heap);
+                    self.reach(exit ^ 1, d, cost + turn + STEP);
                 }
             }
         }
@@ -99,23 +90,14 @@ impl<'a> CurveSearch<'a> {
         if is_bad { BAD_CORNER * self.turn } else { self.turn }
     }
 
-    fn reach(&mut self, d: u32, from: u32, cost: u32, heap: &mut BinaryHeap<Reverse<(u32, u32)>>) {
-        if self.round[d as usize] != self.now || cost < self.cost[d as usize] {
-            self.round[d as usize] = self.now;
-            self.cost[d as usize] = cost;
-            self.from[d as usize] = from;
-            heap.push(Reverse((cost, d)));
-        }
+    fn reach(&mut self, d: u32, from: u32, cost: u32) {
+        self.search.reach(d, f64::from(cost), d / 2, from);
     }
 
     /// The arcs crossed an odd number of times on the way to `last`, and those where it began.
     fn path(&self, last: u32, run: &[u32]) -> Vec<u32> {
         let mut arcs: Vec<u32> = run.iter().map(|d| d / 2).collect();
-        let mut d = last;
-        while self.from[d as usize] != u32::MAX {
-            arcs.push(d / 2);
-            d = self.from[d as usize];
-        }
+        arcs.extend(self.search.steps(last));
         arcs.sort_unstable();
         // Crossed there and back is not crossed.
         arcs.chunk_by(|a, b| a == b).filter(|c| c.len() % 2 == 1).map(|c| c[0]).collect()

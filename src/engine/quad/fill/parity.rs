@@ -1,9 +1,7 @@
 //! Making all faces even: odd faces are paired, and the arcs on a path from one to the other are split, which adds two
 //! sides to each face between them and one to each of the pair.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
+use crate::engine::numerics::PathSearch;
 use crate::engine::quad::fill::embedded_graph::EmbeddedGraph;
 use crate::engine::quad::fill::embedded_graph::Tag;
 use crate::engine::quad::fill::faces::Faces;
@@ -74,17 +72,14 @@ struct Search<'a> {
     graph: &'a EmbeddedGraph,
     faces: &'a Faces,
     matched: Vec<bool>,
-    cost: Vec<u32>,
-    from: Vec<u32>,
-    round: Vec<u32>,
-    now: u32,
+    /// Nodes are darts on the other side of an arc that was crossed; costs are whole numbers.
+    search: PathSearch,
 }
 
 impl<'a> Search<'a> {
     fn new(graph: &'a EmbeddedGraph, faces: &'a Faces) -> Self {
-        let n = graph.n_darts() as usize;
         let matched = vec![false; faces.first.len()];
-        Self { graph, faces, matched, cost: vec![0; n], from: vec![0; n], round: vec![0; n], now: 0 }
+        Self { graph, faces, matched, search: PathSearch::new(graph.n_darts() as usize) }
     }
 
     fn is_goal(&self, face: u32, source: u32) -> bool {
@@ -98,15 +93,11 @@ impl<'a> Search<'a> {
         let graph = self.graph;
         let home = self.faces.of[source as usize];
         self.matched[home as usize] = true;
-        self.now += 1;
-        let mut heap = BinaryHeap::new();
+        self.search.clear();
         for d in graph.face(source) {
-            self.reach(d, u32::MAX, 0, &mut heap);
+            self.reach(d, None, 0);
         }
-        while let Some(Reverse((cost, e))) = heap.pop() {
-            if cost > self.cost[e as usize] {
-                continue;
-            }
+        while let Some((cost, e)) = self.search.nearest() {
             let face = self.faces.of[e as usize];
             if self.is_goal(face, home) {
                 self.matched[face as usize] |= !self.faces.outside[face as usize];
@@ -115,36 +106,27 @@ impl<'a> Search<'a> {
             let opposite = graph.next(graph.next(e));
             for d in graph.face(e).skip(1) {
                 let turn = if self.faces.len[face as usize] == 4 && d != opposite { TURN } else { 0 };
-                self.reach(d, e, cost + turn, &mut heap);
+                self.reach(d, Some(e), cost as u32 + turn);
             }
         }
         Vec::new()
     }
 
-    fn reach(&mut self, exit: u32, from: u32, cost: u32, heap: &mut BinaryHeap<Reverse<(u32, u32)>>) {
+    fn reach(&mut self, exit: u32, from: Option<u32>, cost: u32) {
         let e = exit ^ 1;
         let curve = match self.graph.tag_of(exit) {
             Tag::Plain => 0,
             Tag::Feature => CURVE,
             Tag::Boundary => BOUNDARY,
         };
-        let cost = cost + STEP + curve;
-        if self.round[e as usize] != self.now || cost < self.cost[e as usize] {
-            self.round[e as usize] = self.now;
-            self.cost[e as usize] = cost;
-            self.from[e as usize] = from;
-            heap.push(Reverse((cost, e)));
-        }
+        let cost = f64::from(cost + STEP + curve);
+        match from {
+            Some(from) => self.search.reach(e, cost, exit, from),
+            None => self.search.start(e, cost),
+        };
     }
 
     fn path(&self, last: u32) -> Vec<u32> {
-        let mut path = vec![last ^ 1];
-        let mut e = self.from[last as usize];
-        while e != u32::MAX {
-            path.push(e ^ 1);
-            e = self.from[e as usize];
-        }
-        path.reverse();
-        path
+        self.search.nodes(last).into_iter().map(|e| e ^ 1).collect()
     }
 }
