@@ -30,8 +30,8 @@ impl Certificate {
 }
 
 /// Checks the quads against the surface that they were made for, and measures them. `index` is the index of
-/// `surface.mesh`; `edge_length` is the one asked for, in model units, 0 if it is not known. Components are judged one by one, each against its own component of the surface, so that a model is
-/// certified exactly if its parts are. O((n + f) log f) for n quads and samples over f faces.
+/// `surface.mesh`; `edge_length` is the one asked for, in model units, 0 if it is not known. Components are judged one by
+/// one, each against its own component of the surface, so that a model is certified exactly if its parts are. O((n + f) log f) for n quads and samples over f faces.
 ///
 /// # Errors
 /// Only that the run was stopped: bad quads make a certificate that says so.

@@ -1,15 +1,16 @@
 //! The certificate: what a quad mesh must prove before anybody gets to see it, and its measures.
 //!
-//! Nothing here is shared with the code that makes quads: the certificate starts from the bare quads, as re-read from
-//! the bytes that will be delivered, and from the conditioned surface. What is checked:
+//! Nothing here is shared with the code that makes quads but the search for nearest points and `numerics`: the certificate
+//! starts from the bare quads, as re-read from the bytes that will be delivered, and from the conditioned surface. What is
+//! checked:
 //!
 //! * every quad has four different vertices in range, no two quads have the same vertices, every vertex is used and
 //!   has finite coordinates;
 //! * every edge has one or two quads, oppositely oriented, and every vertex one fan of quads;
 //! * components, boundary loops and genus equal those of the surface, in total and component by component;
 //! * no quad is flipped against the surface, at the scale of the quads, or without area;
-//! * no quad has a straight or reflex corner or lies folded on its neighbour, and quads and
-//!   surface are nowhere further apart than two quad edges;
+//! * no quad has a straight or reflex corner or lies folded on its neighbour, except at a kept feature, and quads and
+//!   surface are nowhere further apart than two quad edges, as they were asked for or as they are;
 //! * feature curves and boundary loops of the surface are chains of quad edges, corners are vertices, and the boundary
 //!   loops correspond one to one.
 

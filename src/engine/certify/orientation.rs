@@ -14,8 +14,9 @@ const ON_FEATURE: f64 = 0.1;
 /// … and its middle, in its own length: no further than a chord may be from the curve that it stands for.
 const SAGITTA: f64 = 0.35;
 
-/// Judges every quad of a connected component by [`QuadJudge`], for quads of their mean edge, and every
-/// pair of adjacent quads whose edge lies on no feature: there the surface itself may turn as far as it likes; far is what is far by that edge and by the one asked for. Places are the centres of quads.
+/// Judges every quad of a connected component by [`QuadJudge`], at the scale of their mean edge; distances also by
+/// `edge_length`, the one asked for. Then every pair of adjacent quads, except at features, where the surface itself may
+/// turn as far as it likes. Places are the centres of quads.
 pub(super) fn check(
     ctx: &RunContext,
     surface: &Surface,

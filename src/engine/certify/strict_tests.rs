@@ -61,6 +61,9 @@ fn what_lies_two_edges_apart_refuses() {
     let found = certify(&RunContext::silent(), &spiky(0.5), &index, &quads, 0.0).unwrap();
     assert_eq!(found.violations.iter().map(|v| v.check).collect::<Vec<_>>(), [Check::Far]);
     assert!(found.violations[0].places.iter().any(|p| p.length() > 1.2));
+    // Where edges as long as the spike were asked for, it is within two of them.
+    let asked = certify(&RunContext::silent(), &spiky(0.5), &index, &quads, 0.5).unwrap();
+    assert_eq!(asked.violations, []);
     // The other way: quads that stand off the surface.
     let mut pulled = quads.clone();
     pulled.positions[17] *= 1.6;

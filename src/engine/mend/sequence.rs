@@ -27,16 +27,10 @@ const MOST_QUADS: usize = 250;
 const LEAST_WORK: usize = 500;
 
 /// How a draft is mended.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MendOptions {
     /// Edge length that was asked for, in model units: distances are judged by it where it is longer than the draft's mean.
     pub edge_length: f64,
-}
-
-impl Default for MendOptions {
-    fn default() -> Self {
-        Self { edge_length: 0.0 }
-    }
 }
 
 /// What became of a draft.

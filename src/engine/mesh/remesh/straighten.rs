@@ -71,6 +71,7 @@ pub fn straightened(
     }
     // Neighbours moved at once: where that turned a face over all of its vertices go back.
     loop {
+        ctx.check()?;
         let bad = |f: &usize| {
             let now = area(mesh.face(*f).map(|v| positions[v as usize]));
             now.dot(mesh.normal(*f)) <= UPRIGHT * now.length()
