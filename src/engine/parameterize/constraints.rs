@@ -8,8 +8,8 @@ use crate::engine::mesh::{TriMesh, next};
 use crate::engine::parameterize::corner_forms::{CornerForms, real_parts};
 use crate::engine::parameterize::elimination::Elimination;
 use crate::engine::parameterize::grid_map::Iso;
+use crate::engine::parameterize::map_error::MapError;
 use crate::engine::parameterize::reduced::Unknowns;
-use crate::engine::parameterize::seamless_map::MapError;
 
 /// Which coordinate is constant along each feature or boundary halfedge.
 pub(super) fn iso_lines(mesh: &TriMesh, frames: &Frames, direction: &[f64], is_feature: &[bool]) -> Vec<Iso> {

@@ -5,6 +5,7 @@ mod corner_forms;
 mod elimination;
 mod generators;
 mod grid_map;
+mod map_error;
 mod measure;
 mod poisson;
 mod quantise;
@@ -18,7 +19,8 @@ mod tests;
 mod untangle;
 
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
+pub use map_error::MapError;
 pub use measure::{MapMeasures, gradients, measure_map, seam_residual, singular_values};
 pub use rounding::RoundingStatistics;
-pub use seamless_map::{MapError, MapSystem, RoundedIntegers};
+pub use seamless_map::{MapSystem, RoundedIntegers};
 pub use untangle::untangle;

@@ -10,11 +10,11 @@ use crate::engine::field::CrossField;
 use crate::engine::field::Frames;
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::Cholesky;
-use crate::engine::numerics::SolveError;
 use crate::engine::parameterize::constraints::{constrain, iso_lines, special_vertices};
 use crate::engine::parameterize::corner_forms::{CornerForms, real_parts};
 use crate::engine::parameterize::generators::generators;
 use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
+use crate::engine::parameterize::map_error::MapError;
 use crate::engine::parameterize::poisson::{Quadratic, assemble};
 use crate::engine::parameterize::quantise::quantise;
 use crate::engine::parameterize::reduced::{Reduced, Unknowns};
@@ -28,43 +28,6 @@ use crate::engine::topology::CutGraph;
 use crate::engine::topology::Segment;
 use crate::engine::topology::cut_and_comb;
 use glam::{DVec2, I64Vec2};
-
-/// No map was found.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum MapError {
-    /// The run was stopped.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// A linear solve failed.
-    #[error("the map could not be solved for: {0}")]
-    Solve(#[from] SolveError),
-    /// The integers have no unique real optimum.
-    #[error("the {n} integers of the map have no unique real optimum")]
-    Periods {
-        /// Number of integers.
-        n: usize,
-    },
-    /// The conditions on the integers contradict each other.
-    #[error("{n} positions that must be integers are fractions of integers")]
-    Fractions {
-        /// Number of such positions.
-        n: usize,
-    },
-    /// Neither the period matrix nor a flow gave integers.
-    #[error("no flow was found for the {n} integers of the map")]
-    NoFlow {
-        /// Number of integers.
-        n: usize,
-    },
-    /// More integers than the period matrix can be held for.
-    #[error("the map has {n} integers, more than the limit of {limit}")]
-    TooManyIntegers {
-        /// Number of integers.
-        n: usize,
-        /// The limit.
-        limit: usize,
-    },
-}
 
 /// Most integers for which the dense period matrix is formed (18 MB, and seconds to round); more are found by flow.
 const MOST_BY_PERIODS: usize = 1500;
