@@ -1,22 +1,27 @@
 //! Dispatch: tickets that say which job to look at next, behind a trait so that another queue can take its place.
 //!
-//! The rules that make this reliable, each found by breaking it: one ticket per fetch (buffered ones are not kept alive),
-//! a fresh worker name for every start (the old name's locks would count as alive), explicit heartbeats, an interval
-//! poll of our own (the queue's loses its wake-up for ever when a fetch takes longer than the interval while a heartbeat
-//! falls due, as on a busy machine), the final word about a job in our own table and never in the ticket (the queue does
-//! not limit the attempts of a ticket that was recovered from a dead worker), the work itself outside of the queue's
-//! worker (one heartbeat that fails ends the worker and drops everything inside it), the queue's worker told to stop
-//! only when nothing is in work (from then on it leaves its own transactions as they are, write lock and all, until its
-//! tasks have ended, which then cannot put their jobs back).
+//! The engine is apalis, whose tables only apalis writes to: tickets are pushed, given back and cleared by its own
+//! functions. The rules that make this reliable, each found by breaking it: one ticket per fetch (buffered ones are not
+//! kept alive), a fresh worker name for every start (the old name's locks would count as alive), explicit heartbeats, a
+//! polling strategy that is always registered with the waker ([`Every`]), the final word about a job in our own table and
+//! never in the ticket (which therefore may be tried without limit), the work itself outside of the queue's worker (one
+//! heartbeat that fails ends the worker and drops everything inside it), the queue's worker told to stop only when
+//! nothing is in work (from then on it leaves its own transactions as they are, write lock and all, until its tasks have
+//! ended, which then cannot put their jobs back).
 
 use std::future::Future;
 use std::sync::Arc;
+use std::task::{Context, Poll};
 use std::time::Duration;
 
-use apalis::prelude::{BoxDynError, Data, TaskBuilder, WorkerBuilder, WorkerError};
-use apalis_sqlite::{Config, SqlitePool, SqliteStorage};
+use apalis::prelude::{
+    BackendExt, BoxDynError, Data, PollSnapshot, PollStrategy, TaskBuilder, WorkerBuilder, WorkerError,
+};
+use apalis_core::backend::{Vacuum, WorkerFilter};
+use apalis_sqlite::{Config, SqlitePool, SqliteStorage, queries};
 use serde::{Deserialize, Serialize};
 use sqlx::SqliteConnection;
+use tokio::time::{Interval, MissedTickBehavior};
 use tokio_util::sync::CancellationToken;
 use tower::limit::ConcurrencyLimitLayer;
 use uuid::Uuid;
@@ -28,6 +33,8 @@ use crate::service::store::StoreError;
 
 const QUEUE: &str = "remesh";
 pub(super) const POLL: Duration = Duration::from_millis(150);
+/// Of a ticket: as many as the queue can count. How often a job is tried is written in our own table.
+const ATTEMPTS: usize = i32::MAX as usize;
 /// Pause after a worker of the queue died, e.g. because the database was locked for too long.
 const RESTART_PAUSE: Duration = Duration::from_millis(500);
 
@@ -61,8 +68,7 @@ pub trait TicketQueue: Send + Sync {
     /// Hands tickets to `handler` until `stop`, then waits for those in work.
     fn work<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) -> impl Future<Output = ()> + Send;
 
-    /// Forgets tickets that were used up, and gives those another chance that failed too often: the word about a job is
-    /// in our table.
+    /// Forgets tickets that were used up.
     fn tidy(&self) -> impl Future<Output = Result<(), StoreError>> + Send;
 }
 
@@ -87,15 +93,11 @@ impl SqliteQueue {
         })
     }
 
-    /// Gives back the tickets that a worker of this process had fetched and not begun, and would never begin: nobody
-    /// need wait until it is taken for dead. Those that it had begun are still in work.
+    /// Gives back the tickets of a worker of this process that has ended: nobody need wait until it is taken for dead.
+    /// What it had begun goes on and is not begun again ([`InWork::once`]).
     async fn release(&self, worker: &str) -> Result<(), StoreError> {
-        sqlx::query(
-            "UPDATE Jobs SET status = 'Pending', lock_by = NULL, lock_at = NULL WHERE lock_by = ? AND status = 'Queued'",
-        )
-        .bind(worker)
-        .execute(&self.pool)
-        .await?;
+        let only = WorkerFilter::Only(worker.to_owned());
+        queries::reenqueue_orphaned(&self.pool, 0, QUEUE, &only).await?;
         Ok(())
     }
 
@@ -107,23 +109,40 @@ impl SqliteQueue {
             .heartbeat_interval(self.heartbeat)
             .missed_heartbeats(self.missed_heartbeats);
         let backend = SqliteStorage::<Ticket>::new(&self.pool).with_config(config);
-        let worker = WorkerBuilder::new(name)
-            .backend(backend)
+        WorkerBuilder::new(name)
+            .backend(backend.poll_with_strategy(Every::new(POLL)))
             .data(shared)
             .layer(ConcurrencyLimitLayer::new(self.concurrency))
             .build(take::<H>)
             .run_until(async move {
                 close.cancelled().await;
                 Ok::<(), WorkerError>(())
-            });
-        let mut worker = std::pin::pin!(worker);
-        loop {
-            // Every turn polls the worker whether it was woken or not: fetches, heartbeats, acknowledgements.
-            tokio::select! {
-                ended = &mut worker => return ended,
-                () = tokio::time::sleep(POLL) => {}
-            }
+            })
+            .await
+    }
+}
+
+/// Wakes the worker of the queue at equal intervals. The strategy of that kind that the queue brings along is not
+/// registered with the waker in the poll in which its interval ends; where a fetch outlasts the interval, nothing wakes the
+/// worker after that.
+#[derive(Debug)]
+struct Every(Interval);
+
+impl Every {
+    fn new(pause: Duration) -> Self {
+        let mut interval = tokio::time::interval(pause);
+        interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        Self(interval)
+    }
+}
+
+impl PollStrategy for Every {
+    fn poll_drive(&mut self, context: &mut Context<'_>, _: &PollSnapshot) -> Poll<Option<()>> {
+        let mut due = Poll::Pending;
+        while self.0.poll_tick(context).is_ready() {
+            due = Poll::Ready(Some(()));
         }
+        due
     }
 }
 
@@ -174,7 +193,7 @@ impl TicketQueue for SqliteQueue {
     ) -> Result<(), StoreError> {
         let payload = serde_json::to_vec(&ticket).map_err(|error| StoreError::Queue(error.to_string()))?;
         let priority = (priority + 100).max(0).unsigned_abs() as usize;
-        let task = TaskBuilder::new(payload).priority(priority).run_after(pause).build();
+        let task = TaskBuilder::new(payload).priority(priority).run_after(pause).max_attempts(ATTEMPTS).build();
         apalis_sqlite::queries::push_tasks(connection, QUEUE, &[task])
             .await
             .map_err(|error| StoreError::Queue(error.to_string()))
@@ -209,25 +228,8 @@ impl TicketQueue for SqliteQueue {
     }
 
     async fn tidy(&self) -> Result<(), StoreError> {
-        sqlx::query("DELETE FROM Jobs WHERE job_type = ? AND status IN ('Done', 'Killed')")
-            .bind(QUEUE)
-            .execute(&self.pool)
-            .await?;
-        sqlx::query(
-            "UPDATE Jobs SET status = 'Pending', attempts = 0, lock_by = NULL, lock_at = NULL, done_at = NULL
-             WHERE job_type = ? AND status = 'Failed' AND attempts >= max_attempts",
-        )
-        .bind(QUEUE)
-        .execute(&self.pool)
-        .await?;
-        // Locks of tickets point at workers, so only workers without any ticket go.
-        sqlx::query(
-            "DELETE FROM Workers WHERE worker_type = ? AND last_seen < strftime('%s', 'now') - 3600
-             AND NOT EXISTS (SELECT 1 FROM Jobs WHERE lock_by = Workers.id)",
-        )
-        .bind(QUEUE)
-        .execute(&self.pool)
-        .await?;
+        let mut storage = SqliteStorage::<Ticket>::new(&self.pool);
+        storage.vacuum().await.map_err(|error| StoreError::Queue(error.to_string()))?;
         Ok(())
     }
 }

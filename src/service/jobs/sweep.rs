@@ -37,6 +37,7 @@ async fn sweep(jobs: &Jobs, thorough: bool) -> Result<(), StoreError> {
         if orphans + leftovers > 0 {
             tracing::info!(orphans, leftovers, "files and folders that nothing names were removed");
         }
+        jobs.queue.tidy().await?;
     }
-    jobs.queue.tidy().await
+    Ok(())
 }
