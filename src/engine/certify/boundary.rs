@@ -1,13 +1,13 @@
 //! Boundary loops of the quads against boundary loops of the surface.
 
-use crate::engine::certify::curves::{BOUNDARY_SLACK, reaches};
+use crate::engine::certify::reach::{BOUNDARY_SLACK, reaches};
 use crate::engine::certify::segments::{Segment, SegmentIndex};
 use crate::engine::certify::{Check, QuadTopology, Violation};
 use crate::engine::mesh::TriMesh;
 use crate::engine::quad::QuadMesh;
 
 /// Loops correspond if 99 of 100 vertices and edge midpoints of the one of the quads lie within reach (see
-/// `curves::reaches`, with the slack of boundaries) of the one of the surface; that every piece of the surface's loops is
+/// `reach::reaches`, with the slack of boundaries) of the one of the surface; that every piece of the surface's loops is
 /// covered, the curve check proves. Loops that lie in the same place make several partners possible, so partners are found
 /// by matching.
 pub(super) fn check(mesh: &TriMesh, quads: &QuadMesh, topology: &QuadTopology) -> Option<Violation> {

@@ -1,5 +1,6 @@
 //! Feature curves and boundary pieces of the surface against chains of quad edges.
 
+use crate::engine::certify::reach::{BOUNDARY_SLACK, TOLERANCE, reaches};
 use crate::engine::certify::samples::{local_edge, sample};
 use crate::engine::certify::segments::{Segment, SegmentIndex};
 use crate::engine::certify::shape::mean;
@@ -12,13 +13,8 @@ use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// A quad edge stands for a point of a curve if the point lies within this part of the mean length of the edges that
-/// meet the quad edge.
-pub(super) const TOLERANCE: f64 = 0.35;
-/// Boundary curves are only compared with boundary edges of the quads; a boundary that zigzags from triangle to triangle
-/// is followed at the resolution of the quads, so the tolerance is wider by this factor.
-pub(super) const BOUNDARY_SLACK: f64 = 1.7;
-/// … and if it makes at most 60 degrees with the curve: the chords of a circle of three edges.
+/// A quad edge stands for a point of a curve within its reach if it makes at most 60 degrees with the curve: the chords of
+/// a circle of three edges.
 const COSINE: f64 = 0.5;
 /// A corner is a vertex of the quads if they are this near, relative to the diagonal …
 const CORNER: f64 = 1e-6;
@@ -38,22 +34,6 @@ pub(super) struct Curves {
     pub(super) distances: Vec<f64>,
     /// Per quad vertex, whether a corner of the surface is there.
     pub(super) is_corner: Vec<bool>,
-}
-
-/// Per edge of the quads, how far it stands for points: `TOLERANCE` of the mean length of the edges at its ends.
-pub(super) fn reaches(quads: &QuadMesh, topology: &QuadTopology) -> Vec<f64> {
-    let length = |e: &[u32; 2]| quads.positions[e[0] as usize].distance(quads.positions[e[1] as usize]);
-    let mut sum = vec![0.0; quads.positions.len()];
-    for e in &topology.edges {
-        for &v in e {
-            sum[v as usize] += length(e);
-        }
-    }
-    let reach = |&[a, b]: &[u32; 2]| {
-        let edges = topology.valence[a as usize] + topology.valence[b as usize];
-        TOLERANCE * (sum[a as usize] + sum[b as usize]) / f64::from(edges.max(1))
-    };
-    topology.edges.iter().map(reach).collect()
 }
 
 /// Checks corners, feature curves and boundary pieces.

@@ -24,6 +24,7 @@ mod distance;
 mod footprint;
 mod judge;
 mod orientation;
+mod reach;
 mod report;
 mod samples;
 mod segments;

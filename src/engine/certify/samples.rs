@@ -1,6 +1,6 @@
 //! Samples along curves, at the scale of the quads that follow them.
 
-use crate::engine::certify::curves::TOLERANCE;
+use crate::engine::certify::reach::TOLERANCE;
 use crate::engine::certify::segments::SegmentIndex;
 use crate::engine::certify::trace::Curve;
 use crate::engine::mesh::Surface;

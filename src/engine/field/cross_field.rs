@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use faer::c64;
+
 use crate::engine::field::frames::Frames;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;
@@ -56,6 +58,11 @@ impl CrossField {
             .filter(|s| s.quarters != 0)
             .collect()
     }
+}
+
+/// The complex number of length 1 at this angle. In the linear systems a cross is that of four times its angle.
+pub(super) fn unit(angle: f64) -> c64 {
+    c64::new(angle.cos(), angle.sin())
 }
 
 fn indices(mesh: &TriMesh, frames: &Frames, angle: &[f64], matching: &Matching) -> Vec<i32> {

@@ -7,7 +7,7 @@
 
 use crate::engine::field::branch::{BranchOptions, BranchSearch, Effort, Surroundings, search_branch_points};
 use crate::engine::field::cleanup::{cancel_pairs, mend_sectors};
-use crate::engine::field::cross_field::{CrossField, FieldError};
+use crate::engine::field::cross_field::{CrossField, FieldError, unit};
 use crate::engine::field::curvature::Guidance;
 use crate::engine::field::frames::Frames;
 use crate::engine::field::smooth_system::System;
@@ -251,10 +251,6 @@ fn follow_strokes(strokes: Option<&StrokeGuidance>, alignment: &mut [f64], targe
             (*alignment, *target) = (STROKE, cross * (1.0 / norm));
         }
     }
-}
-
-pub(super) fn unit(angle: f64) -> c64 {
-    c64::new(angle.cos(), angle.sin())
 }
 
 fn normalise(c: &mut [c64]) {

@@ -1,8 +1,7 @@
 //! The linear system of the smoothest crosses.
 
-use crate::engine::field::cross_field::FieldError;
+use crate::engine::field::cross_field::{FieldError, unit};
 use crate::engine::field::frames::Frames;
-use crate::engine::field::smooth::unit;
 use crate::engine::field::turning::edge_weight;
 use crate::engine::mesh::TriMesh;
 use crate::engine::numerics::{Cholesky, HermitianMatrix};

@@ -10,7 +10,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use faer::c64;
 
-use crate::engine::field::cross_field::{CrossField, FieldError};
+use crate::engine::field::cross_field::{CrossField, FieldError, unit};
 use crate::engine::field::frames::Frames;
 use crate::engine::field::turning::Turning;
 use crate::engine::mesh::NONE;
@@ -53,10 +53,6 @@ fn power(quarters: u8) -> c64 {
         2 => c64::new(-1.0, 0.0),
         _ => c64::new(0.0, -1.0),
     }
-}
-
-fn unit(angle: f64) -> c64 {
-    c64::new(angle.cos(), angle.sin())
 }
 
 /// Slot of the stiffness of two halfedges of a face.
