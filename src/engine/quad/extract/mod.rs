@@ -9,9 +9,12 @@
 
 mod exact_map;
 mod extraction;
+mod gates;
 mod grid_graph;
 mod nodes;
+mod ports;
 mod trace;
+mod turns;
 
 #[cfg(test)]
 mod tests;

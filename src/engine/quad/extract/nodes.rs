@@ -1,12 +1,17 @@
-//! The grid points on the surface, and the ports where grid lines leave them.
+//! The grid points on the surface, in an order in which those on a line are found by search.
 
 use glam::DVec3;
 use glam::I64Vec2;
 
 use crate::engine::mesh::next;
-use crate::engine::mesh::prev;
 use crate::engine::quad::extract::exact_map::ExactMap;
 use crate::engine::quad::extract::exact_map::orient;
+use crate::engine::quad::extract::gates::crossing;
+use crate::engine::quad::extract::gates::gates;
+use crate::engine::quad::extract::gates::is_above;
+use crate::engine::quad::extract::gates::is_upright;
+use crate::engine::quad::extract::ports::Port;
+use crate::engine::quad::extract::ports::push_vertex_ports;
 
 /// Where a grid point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,28 +29,6 @@ pub(super) enum Place {
 pub(super) struct Node {
     pub(super) place: Place,
     pub(super) point: I64Vec2,
-}
-
-/// How a grid line leaves a grid point. `fix` is the axis that is constant on the line, `run` the other one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Port {
-    /// Inside a face, along axis `run`, upwards or downwards.
-    Axis { run: usize, up: bool },
-    /// Along the edge of this halfedge, in its direction or against it.
-    Along { edge: u32, forward: bool },
-    /// From a point of the edge into the face of this halfedge.
-    Into { halfedge: u32 },
-    /// From a vertex through the face of this corner.
-    Wedge { corner: u32, fix: usize },
-}
-
-/// Where a grid line enters or leaves a face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Gate {
-    /// Across this halfedge of the face.
-    Edge(usize),
-    /// At this corner of the face.
-    Corner(usize),
 }
 
 /// All grid points: per place contiguous, so that neighbours on a line are found by search, not by hashing.
@@ -208,50 +191,6 @@ fn push_edge_nodes(map: &ExactMap<'_>, h: usize, nodes: &mut Vec<Node>) {
     }
 }
 
-/// The places where the line crosses the boundary of face `f`: two, if it goes through the face and not along a side.
-pub(super) fn gates(map: &ExactMap<'_>, f: usize, fix: usize, c: i64) -> Option<[Gate; 2]> {
-    let mut found = [None; 2];
-    let mut n = 0;
-    for h in 3 * f..3 * f + 3 {
-        let (a, b) = (map.corner[h][fix], map.corner[next(h)][fix]);
-        let gate = if a == c {
-            Gate::Corner(h)
-        } else if (a < c && c < b) || (b < c && c < a) {
-            Gate::Edge(h)
-        } else {
-            continue;
-        };
-        *found.get_mut(n)? = Some(gate);
-        n += 1;
-    }
-    let both = [found[0]?, found[1]?];
-    // Two corners: the line runs along a side, not through the face.
-    (!matches!(both, [Gate::Corner(_), Gate::Corner(_)])).then_some(both)
-}
-
-/// Whether the gate lies above `point` on the line through it; `None` if the gate is the point itself. A point on an
-/// edge that no grid line runs along counts as lying to the left of the halfedge that stands for the edge: an
-/// infinitely small move that both faces of the edge agree on.
-pub(super) fn is_above(map: &ExactMap<'_>, gate: Gate, fix: usize, point: I64Vec2) -> Option<bool> {
-    match gate {
-        Gate::Corner(h) => {
-            let r = map.corner[h][1 - fix];
-            (r != point[1 - fix]).then_some(r > point[1 - fix])
-        }
-        Gate::Edge(h) => {
-            let (a, b) = (map.corner[h], map.corner[next(h)]);
-            let mut left = orient(a, b, point);
-            if left == 0 {
-                if map.line_axis(h).is_some() {
-                    return None;
-                }
-                left = if map.mesh.is_edge_owner(h) { 1 } else { -1 };
-            }
-            Some((left > 0) == ((a[fix] < b[fix]) == (fix == 1)))
-        }
-    }
-}
-
 fn push_face_nodes(map: &ExactMap<'_>, f: usize, nodes: &mut Vec<Node>) {
     let z = [map.corner[3 * f], map.corner[3 * f + 1], map.corner[3 * f + 2]];
     let low = z[0].x.min(z[1].x).min(z[2].x);
@@ -273,107 +212,4 @@ fn push_face_nodes(map: &ExactMap<'_>, f: usize, nodes: &mut Vec<Node>) {
         }
         c += map.one;
     }
-}
-
-/// v (rounded down) where the line u = c passes the gate.
-fn crossing(map: &ExactMap<'_>, gate: Gate, c: i64) -> i64 {
-    match gate {
-        Gate::Corner(h) => map.corner[h].y,
-        Gate::Edge(h) => {
-            let (a, b) = (map.corner[h], map.corner[next(h)]);
-            let (num, den) = (i128::from(c - a.x) * i128::from(b.y - a.y), i128::from(b.x - a.x));
-            a.y + num.div_euclid(den) as i64
-        }
-    }
-}
-
-/// Whether the face keeps its orientation, seen from a point between its gates on a line u = c: the upper gate must be
-/// crossed towards smaller u when the boundary of the face is walked counter-clockwise.
-fn is_upright(map: &ExactMap<'_>, gates: [Gate; 2], above: [bool; 2]) -> bool {
-    for (gate, above) in gates.into_iter().zip(above) {
-        if let Gate::Edge(h) = gate {
-            return (map.corner[next(h)].x < map.corner[h].x) == above;
-        }
-    }
-    true
-}
-
-fn push_vertex_ports(map: &ExactMap<'_>, v: u32, ports: &mut Vec<Port>) {
-    let mesh = map.mesh;
-    for h in mesh.fan(v) {
-        push_along(map, h, true, ports);
-        let (a, b, c) = (map.corner[h], map.corner[next(h)], map.corner[prev(h)]);
-        let opens = |fix: usize| (b[fix] - a[fix]).signum() * (c[fix] - a[fix]).signum() < 0;
-        let wedge = |fix: usize| Port::Wedge { corner: h as u32, fix };
-        match (opens(0), opens(1)) {
-            (true, true) => {
-                // Which line crosses the opposite side nearer to its origin b? Shares t = (a - b) / (c - b) of the side.
-                let share = |fix: usize| (i128::from((a - b)[fix]).abs(), i128::from((c - b)[fix]).abs());
-                let ((p, q), (r, s)) = (share(0), share(1));
-                let first = usize::from(p * s > r * q);
-                ports.extend([wedge(first), wedge(1 - first)]);
-            }
-            (true, false) => ports.push(wedge(0)),
-            (false, true) => ports.push(wedge(1)),
-            (false, false) => {}
-        }
-        if mesh.is_boundary(prev(h)) {
-            push_along(map, prev(h), false, ports);
-        }
-    }
-}
-
-fn push_along(map: &ExactMap<'_>, h: usize, leaves: bool, ports: &mut Vec<Port>) {
-    if map.line_axis(h).is_some() {
-        let edge = map.mesh.twin(h).map_or(h, |t| t.min(h));
-        ports.push(Port::Along { edge: edge as u32, forward: (edge == h) == leaves });
-    }
-}
-
-/// Per port of node `n`, the quarter turns in the map from it to the next port counter-clockwise: no port lies between
-/// them, so this is 1, −1 (where the map is flipped), or 0 (where a fold turns back in between).
-pub(super) fn port_turns(map: &ExactMap<'_>, nodes: &Nodes, n: usize) -> Vec<i32> {
-    let ports = &nodes.ports[nodes.first_port[n] as usize..nodes.first_port[n + 1] as usize];
-    match nodes.nodes[n].place {
-        Place::Face(_, upright) => vec![if upright { 1 } else { -1 }; 4],
-        Place::Edge(edge) => {
-            let sign = |h: usize| if map.orientation(h / 3) < 0 { -1 } else { 1 };
-            let left = sign(edge as usize);
-            let right = map.mesh.twin(edge as usize).map_or(left, sign);
-            [left, left, right, right][..ports.len()].to_vec()
-        }
-        Place::Vertex(v) => {
-            // Directions in the chart of the first corner, carried on around the vertex.
-            let mut directions: Vec<i32> = ports.iter().filter_map(|&port| direction(map, v, port)).collect();
-            let once = map.turn_around(v);
-            let Some(&first) = directions.first() else { return Vec::new() };
-            directions.push(first + i32::from(once));
-            let turn = |w: &[i32]| match (w[1] - w[0]).rem_euclid(4) {
-                3 => -1,
-                quarters => quarters,
-            };
-            directions.windows(2).map(turn).collect()
-        }
-    }
-}
-
-/// Direction of a port of vertex `v` in quarter turns, in the chart of the first corner of the vertex.
-fn direction(map: &ExactMap<'_>, v: u32, port: Port) -> Option<i32> {
-    let (corner, run, up) = match port {
-        Port::Wedge { corner, fix } => {
-            let corner = corner as usize;
-            let up = is_above(map, Gate::Edge(next(corner)), fix, map.corner[corner]).unwrap_or(true);
-            (corner, 1 - fix, up)
-        }
-        Port::Along { edge, forward } => {
-            let edge = edge as usize;
-            let (here, there) = if forward { (edge, next(edge)) } else { (next(edge), edge) };
-            let run = 1 - map.line_axis(edge)?;
-            (here, run, map.corner[there][run] > map.corner[here][run])
-        }
-        Port::Axis { .. } | Port::Into { .. } => return None,
-    };
-    debug_assert_eq!(map.mesh.origin(corner), v);
-    let quarters = run as i32 + if up { 0 } else { 2 };
-    Some(quarters + i32::from(map.quarters_to_root(corner)))
 }

@@ -5,12 +5,12 @@ use glam::I64Vec2;
 use crate::engine::mesh::next;
 use crate::engine::mesh::prev;
 use crate::engine::quad::extract::exact_map::ExactMap;
-use crate::engine::quad::extract::nodes::Gate;
+use crate::engine::quad::extract::gates::Gate;
+use crate::engine::quad::extract::gates::gates;
+use crate::engine::quad::extract::gates::is_above;
 use crate::engine::quad::extract::nodes::Nodes;
 use crate::engine::quad::extract::nodes::Place;
-use crate::engine::quad::extract::nodes::Port;
-use crate::engine::quad::extract::nodes::gates;
-use crate::engine::quad::extract::nodes::is_above;
+use crate::engine::quad::extract::ports::Port;
 
 /// Where a grid line ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
