@@ -33,9 +33,13 @@ mod topology;
 mod trace;
 
 #[cfg(test)]
+mod curve_tests;
+#[cfg(test)]
 mod strict_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod topology_tests;
 
 pub use certificate::{Certificate, certify};
 pub use check::{Check, Violation};

@@ -8,115 +8,14 @@ use crate::engine::mesh::NONE;
 use crate::engine::mesh::condition::draft::Draft;
 use crate::engine::mesh::condition::editable::Editable;
 use crate::engine::mesh::condition::fans::split_fans;
-use crate::engine::mesh::condition::patches::components;
 use crate::engine::mesh::condition::tally::Tally;
+use crate::engine::mesh::condition::thin::{
+    LEAST_SHAPE, Scale, height, is_thin, longest, longest_side, scales, triangle,
+};
 use crate::engine::mesh::next;
 use crate::engine::mesh::prev;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
-
-/// Least height of a triangle relative to the diagonal of its component.
-const LEAST_HEIGHT: f64 = 1e-9;
-/// Least height of a triangle relative to its longest side.
-const LEAST_SHAPE: f64 = 1e-6;
-/// Files of single precision hold coordinates to 6e-8 of their size: the parts of a split triangle of less than about
-/// thirty times that height may have no area in them. Relative to the coordinates or the diagonal, whichever is less:
-/// models far from the origin keep their detail.
-const LEAST_HEIGHT_WRITTEN: f64 = 2e-6;
-/// Longest way, relative to the diagonal of the component, that a vertex is pulled along an edge.
-const LONGEST_PULL: f64 = 1e-5;
-
-/// What is too thin in one component.
-#[derive(Clone, Copy, Debug)]
-struct Scale {
-    least_height: f64,
-    longest_pull: f64,
-}
-
-/// Twice the area over the longest side.
-fn height([a, b, c]: [DVec3; 3]) -> f64 {
-    let longest = longest([a, b, c]);
-    if longest > 0.0 { (b - a).cross(c - a).length() / longest } else { 0.0 }
-}
-
-fn longest([a, b, c]: [DVec3; 3]) -> f64 {
-    a.distance(b).max(b.distance(c)).max(c.distance(a))
-}
-
-fn is_thin(triangle: [DVec3; 3], scale: Scale) -> bool {
-    height(triangle) < scale.least_height.max(LEAST_SHAPE * longest(triangle))
-}
-
-fn triangle(draft: &Draft, f: u32) -> [DVec3; 3] {
-    draft.faces[f as usize].map(|v| draft.positions[v as usize])
-}
-
-/// Drops components in which every triangle is thin: they have no area.
-pub(super) fn drop_flat_components(draft: &mut Draft, tally: &mut Tally) {
-    let (component, scales) = scales(draft);
-    let mut has_area = vec![false; scales.len()];
-    for f in 0..draft.faces.len() {
-        let c = component[f] as usize;
-        has_area[c] |= !is_thin(triangle(draft, f as u32), scales[c]);
-    }
-    let flat = has_area.iter().filter(|&&area| !area).count();
-    if flat > 0 {
-        let keep: Vec<bool> = component.iter().map(|&c| has_area[c as usize]).collect();
-        tally.add("degenerate_faces_dropped", keep.iter().filter(|&&k| !k).count());
-        draft.retain(&keep);
-    }
-    tally.add("components_without_area_dropped", flat);
-}
-
-/// A closed component thinner than this part of the model's diagonal has no volume: eight times the rounding of single
-/// precision, in which most files are written.
-const LEAST_THICKNESS: f64 = 8.0 * f32::EPSILON as f64;
-
-/// Drops closed components whose mean thickness, twice the volume over the area, is nothing at the size of the model
-/// (`diagonal`): shards that exporters and cuts leave behind. A model that has nothing else keeps them.
-pub(super) fn drop_shards(draft: &mut Draft, diagonal: f64, tally: &mut Tally) {
-    let (component, n) = components(&draft.twin);
-    let (mut volume, mut area, mut is_closed) = (vec![0.0; n], vec![0.0; n], vec![true; n]);
-    let mut origin: Vec<Option<DVec3>> = vec![None; n];
-    for (f, &c) in component.iter().enumerate() {
-        let c = c as usize;
-        let [p, q, r] = triangle(draft, f as u32);
-        // Seen from a point of the component, so that its distance from the origin costs no digits.
-        let from = *origin[c].get_or_insert(p);
-        volume[c] += (p - from).dot((q - from).cross(r - from)) / 6.0;
-        area[c] += 0.5 * (q - p).cross(r - p).length();
-        is_closed[c] &= draft.twin[3 * f..3 * f + 3].iter().all(|&t| t != NONE);
-    }
-    let is_shard = |c: usize| is_closed[c] && 2.0 * f64::abs(volume[c]) <= LEAST_THICKNESS * diagonal * area[c];
-    let shards = (0..n).filter(|&c| is_shard(c)).count();
-    if shards == 0 || shards == n {
-        return;
-    }
-    let keep: Vec<bool> = component.iter().map(|&c| !is_shard(c as usize)).collect();
-    draft.retain(&keep);
-    tally.add("components_without_volume_dropped", shards);
-}
-
-fn scales(draft: &Draft) -> (Vec<u32>, Vec<Scale>) {
-    let (component, n) = components(&draft.twin);
-    let mut low = vec![DVec3::INFINITY; n];
-    let mut high = vec![DVec3::NEG_INFINITY; n];
-    for (f, &c) in component.iter().enumerate() {
-        for p in triangle(draft, f as u32) {
-            low[c as usize] = low[c as usize].min(p);
-            high[c as usize] = high[c as usize].max(p);
-        }
-    }
-    let scale = |c: usize| {
-        let diagonal = low[c].distance(high[c]);
-        let far = low[c].abs().max(high[c].abs()).max_element();
-        // Below a few units in the last place of the coordinates a height is rounding.
-        let least_height =
-            (LEAST_HEIGHT * diagonal).max(16.0 * f64::EPSILON * far).max(LEAST_HEIGHT_WRITTEN * far.min(diagonal));
-        Scale { least_height, longest_pull: LONGEST_PULL * diagonal }
-    };
-    (component, (0..n).map(scale).collect())
-}
 
 /// Mends every thin triangle: flips the longest side of caps, collapses the shortest side of needles, peels what lies
 /// on the boundary, and where topology forbids all that moves the vertex by the least height that will do. Faces that
@@ -198,17 +97,6 @@ fn move_off(draft: &mut Draft, f: u32, step: f64) {
     let v = draft.faces[f as usize][(k + 2) % 3] as usize;
     draft.positions[v] = c - across(c) + away * step;
     draft.moved[v] = true;
-}
-
-fn longest_side([a, b, c]: [DVec3; 3]) -> usize {
-    let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
-    if ab >= bc && ab >= ca {
-        0
-    } else if bc >= ca {
-        1
-    } else {
-        2
-    }
 }
 
 struct Mender {
@@ -294,40 +182,5 @@ impl Mender {
         let (c, e) = (at(prev(h as usize) as u32), at(prev(t as usize) as u32));
         let before = height([a, b, c]).min(height([b, a, e]));
         height([a, e, c]).min(height([e, b, c])) > 1.5 * before.max(f64::MIN_POSITIVE)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::engine::mesh::TriangleSoup;
-    use crate::engine::mesh::condition::{ConditionOptions, condition};
-    use crate::engine::mesh::shapes::sample_surface;
-
-    #[test]
-    fn shards_without_volume_go_unless_there_is_nothing_else() {
-        let mesh = sample_surface("cube", 300).unwrap().mesh;
-        let mut soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
-        let boxes = soup.n_polygons();
-        let shard = |soup: &mut TriangleSoup, at: DVec3, thick: f64| {
-            let n = soup.positions.len() as u32;
-            soup.positions.extend(
-                [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::splat(0.3) * DVec3::new(1.0, 1.0, thick)]
-                    .map(|p| at + 0.1 * p),
-            );
-            for [a, b, c] in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] {
-                soup.push_polygon(&[n + a, n + b, n + c]);
-            }
-        };
-        shard(&mut soup, DVec3::splat(2.0), 1e-6);
-        shard(&mut soup, DVec3::splat(3.0), 1e-3);
-        let run = |soup: &TriangleSoup| condition(&RunContext::silent(), soup, &ConditionOptions::default()).unwrap();
-        let c = run(&soup);
-        assert_eq!(c.repairs.iter().find(|r| r.0 == "components_without_volume_dropped").map(|r| r.1), Some(1));
-        assert_eq!(c.mesh.topology().components, 2, "a thin one with some volume stays");
-        assert!(c.polygon.iter().all(|&p| (p as usize) < boxes || (p as usize) >= boxes + 4));
-        let mut alone = TriangleSoup::default();
-        shard(&mut alone, DVec3::splat(2.0), 1e-6);
-        assert_eq!(run(&alone).mesh.topology().components, 1);
     }
 }

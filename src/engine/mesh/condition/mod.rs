@@ -6,20 +6,28 @@
 
 mod condition_soup;
 mod degenerate;
+#[cfg(test)]
+mod degenerate_tests;
 mod doubled;
 mod draft;
 mod edges;
 mod editable;
 mod error;
 mod fans;
+#[cfg(test)]
+mod non_manifold_tests;
 mod orient;
+#[cfg(test)]
+mod orientation_tests;
 mod pairing;
 mod patches;
+mod shards;
 mod shells;
 mod t_vertices;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod thin;
 mod triangulate;
 mod weld;
 

@@ -11,16 +11,16 @@ use crate::engine::run::Fault;
 use crate::engine::run::RunContext;
 use crate::engine::run::StopReason;
 
-fn run(soup: &TriangleSoup) -> Result<Conditioned, ConditionError> {
+pub(super) fn run(soup: &TriangleSoup) -> Result<Conditioned, ConditionError> {
     condition(&RunContext::silent(), soup, &ConditionOptions::default())
 }
 
-fn count(c: &Conditioned, name: &str) -> usize {
+pub(super) fn count(c: &Conditioned, name: &str) -> usize {
     c.repairs.iter().find(|r| r.0 == name).map_or(0, |r| r.1)
 }
 
 /// Everything that must hold of any result; that it is a manifold is held by its type.
-fn check(soup: &TriangleSoup, c: &Conditioned) {
+pub(super) fn check(soup: &TriangleSoup, c: &Conditioned) {
     let mesh = &c.mesh;
     assert_eq!((c.polygon.len(), c.origin.len()), (mesh.n_faces(), mesh.n_vertices()));
     assert!(mesh.n_faces() > 0);
@@ -42,15 +42,16 @@ fn check(soup: &TriangleSoup, c: &Conditioned) {
     }
 }
 
-fn good(soup: &TriangleSoup) -> Conditioned {
+pub(super) fn good(soup: &TriangleSoup) -> Conditioned {
     let c = run(soup).unwrap();
     check(soup, &c);
     c
 }
 
-const BOX: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+pub(super) const BOX: [[u32; 4]; 6] =
+    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
-fn add_box(soup: &mut TriangleSoup, corner: DVec3, size: f64) {
+pub(super) fn add_box(soup: &mut TriangleSoup, corner: DVec3, size: f64) {
     let base = soup.positions.len() as u32;
     let bit = |i: u32, k: u32| f64::from(i >> k & 1);
     soup.positions.extend((0..8).map(|i| corner + size * DVec3::new(bit(i, 0), bit(i, 1), bit(i, 2))));
@@ -59,14 +60,14 @@ fn add_box(soup: &mut TriangleSoup, corner: DVec3, size: f64) {
     }
 }
 
-fn unit_box() -> TriangleSoup {
+pub(super) fn unit_box() -> TriangleSoup {
     let mut soup = TriangleSoup::default();
     add_box(&mut soup, DVec3::ZERO, 1.0);
     soup
 }
 
 /// The same polygons, each corner a position of its own.
-fn exploded(soup: &TriangleSoup) -> TriangleSoup {
+pub(super) fn exploded(soup: &TriangleSoup) -> TriangleSoup {
     let mut out = TriangleSoup::default();
     for polygon in soup.polygons() {
         let base = out.positions.len() as u32;
@@ -77,7 +78,7 @@ fn exploded(soup: &TriangleSoup) -> TriangleSoup {
 }
 
 /// Positions at the same place become one index, as in a soup that names shared corners.
-fn merged(soup: &TriangleSoup) -> TriangleSoup {
+pub(super) fn merged(soup: &TriangleSoup) -> TriangleSoup {
     let mut out = TriangleSoup::default();
     for polygon in soup.polygons() {
         let ring: Vec<u32> = polygon
@@ -98,7 +99,7 @@ fn merged(soup: &TriangleSoup) -> TriangleSoup {
 
 /// An n × m grid of quads whose ends meet: a torus, or with `mirrored` ends a Klein bottle; `open` across, an annulus
 /// or a Möbius strip.
-fn strip(n: u32, m: u32, mirrored: bool, open: bool) -> TriangleSoup {
+pub(super) fn strip(n: u32, m: u32, mirrored: bool, open: bool) -> TriangleSoup {
     let rows = if open { m + 1 } else { m };
     let mut soup = TriangleSoup::default();
     for i in 0..n {
@@ -171,218 +172,6 @@ fn triangles_without_shared_corners_are_welded() {
 }
 
 #[test]
-fn boxes_that_touch_stay_two() {
-    let places = [("vertex", DVec3::ONE), ("edge", DVec3::new(1.0, 1.0, 0.0)), ("face", DVec3::X)];
-    for (name, at) in places {
-        let mut soup = unit_box();
-        add_box(&mut soup, at, 1.0);
-        for soup in [soup.clone(), exploded(&soup), merged(&soup)] {
-            let t = good(&soup).mesh.topology();
-            assert_eq!((t.components, t.boundaries, t.euler), (2, 0, 4), "sharing a {name}");
-        }
-    }
-}
-
-#[test]
-fn boxes_on_an_edge_stay_two_whichever_way_they_face() {
-    let mut soup = unit_box();
-    add_box(&mut soup, DVec3::new(1.0, 1.0, 0.0), 1.0);
-    let mut soup = merged(&soup);
-    for p in 6..12 {
-        soup.indices[4 * p..4 * p + 4].reverse();
-    }
-    let c = good(&soup);
-    assert_eq!((c.mesh.topology().components, c.mesh.topology().euler), (2, 4));
-    assert_eq!(count(&c, "faces_turned") + count(&c, "components_turned_outward"), 0);
-}
-
-#[test]
-fn a_fin_on_a_sheet_is_cut_off() {
-    let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut soup = TriangleSoup {
-        positions: vec![
-            p(-1.0, 0.0, 0.0),
-            p(-1.0, 1.0, 0.0),
-            p(0.0, 0.0, 0.0),
-            p(0.0, 1.0, 0.0),
-            p(1.0, 0.0, 0.0),
-            p(1.0, 1.0, 0.0),
-            p(0.0, 0.0, 1.0),
-            p(0.0, 1.0, 1.0),
-        ],
-        ..Default::default()
-    };
-    for q in [[0, 2, 3, 1], [2, 4, 5, 3], [2, 6, 7, 3]] {
-        soup.push_polygon(&q);
-    }
-    let c = good(&soup);
-    let (component, n) = c.mesh.components();
-    assert_eq!((n, component), (2, vec![0, 0, 0, 0, 1, 1]));
-    assert_eq!(count(&c, "non_manifold_edges_cut"), 1);
-    assert_eq!(c.warnings.len(), 1);
-}
-
-#[test]
-fn one_sided_surfaces_are_refused_or_cut() {
-    for (soup, euler) in [(strip(20, 3, true, true), 0), (strip(20, 8, true, false), 0)] {
-        let error = run(&soup).unwrap_err();
-        assert!(matches!(error, ConditionError::NonOrientable { component: 0, .. }));
-        assert_eq!(error.fault(), Fault::Input);
-        assert!(!error.elements().is_empty() && error.elements().len() <= 20);
-        let options = ConditionOptions { cut_non_orientable: true };
-        let c = condition(&RunContext::silent(), &soup, &options).unwrap();
-        check(&soup, &c);
-        let t = c.mesh.topology();
-        // A cut along arcs between boundaries adds one per arc, along loops nothing.
-        assert!(t.boundaries > 0 && t.components == 1 && t.euler >= euler, "{t:?}");
-        let cut = count(&c, "non_orientable_edges_cut");
-        assert!(cut > 0 && cut < 60, "{cut}");
-    }
-}
-
-#[test]
-fn faces_that_are_there_twice_are_kept_once() {
-    let mut soup = unit_box();
-    soup.push_polygon(&[0, 2, 3, 1]);
-    let c = good(&soup);
-    assert_eq!((c.mesh.topology().euler, count(&c, "duplicate_faces_dropped")), (2, 2));
-    // The same with the opposite sense.
-    let mut soup = unit_box();
-    soup.push_polygon(&[3, 2, 0, 1]);
-    let c = good(&soup);
-    assert_eq!((c.mesh.topology().components, c.mesh.topology().euler), (1, 2));
-}
-
-#[test]
-fn a_sheet_with_two_sides_becomes_one_sheet() {
-    let annulus = strip(12, 2, false, true);
-    let mut soup = annulus.clone();
-    for polygon in annulus.polygons() {
-        let mut back = polygon.to_vec();
-        back.reverse();
-        // The same diagonal as in front.
-        back.rotate_left(1);
-        soup.push_polygon(&back);
-    }
-    for soup in [soup.clone(), exploded(&soup)] {
-        let c = good(&soup);
-        assert_eq!((c.mesh.n_faces(), c.mesh.topology().boundaries), (48, 2));
-        assert_eq!(count(&c, "double_faces_dropped"), 48);
-    }
-}
-
-#[test]
-fn senses_are_made_consistent_and_outward() {
-    let mut soup = unit_box();
-    for p in [1, 2, 4, 5] {
-        soup.indices[4 * p..4 * p + 4].reverse();
-    }
-    let c = good(&soup);
-    let volume: f64 = (0..12).map(|f| c.mesh.triangle(f)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
-    assert!((volume - 1.0).abs() < 1e-12);
-    assert!(count(&c, "faces_turned") > 0);
-}
-
-#[test]
-fn the_wall_of_a_cavity_keeps_facing_inward() {
-    let mut soup = TriangleSoup::default();
-    add_box(&mut soup, DVec3::ZERO, 3.0);
-    add_box(&mut soup, DVec3::ONE, 1.0);
-    for p in 6..12 {
-        soup.indices[4 * p..4 * p + 4].reverse();
-    }
-    let c = good(&soup);
-    let volume: f64 = (0..24).map(|f| c.mesh.triangle(f)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
-    assert!((volume - 26.0).abs() < 1e-12, "{volume}");
-    assert!(c.repairs.is_empty() && c.warnings.is_empty());
-}
-
-/// Rooms are modelled like that.
-#[test]
-fn what_is_given_inside_out_stays_so_and_is_warned_of() {
-    let mut soup = unit_box();
-    for p in 0..6 {
-        soup.indices[4 * p..4 * p + 4].reverse();
-    }
-    let c = good(&soup);
-    let volume: f64 = (0..12).map(|f| c.mesh.triangle(f)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
-    assert!((volume + 1.0).abs() < 1e-12);
-    assert!(c.repairs.is_empty() && c.warnings.len() == 1, "{:?}", c.warnings);
-}
-
-#[test]
-fn triangles_without_area_go_and_leave_no_crack() {
-    // A box of which one top edge is subdivided; flat triangles join the pieces to the undivided side.
-    let mut soup = unit_box();
-    let n = 9;
-    soup.positions.extend((1..n).map(|i| DVec3::new(f64::from(i) / f64::from(n), 1.0, 1.0)));
-    let mut top = vec![4, 5, 7];
-    top.extend((8..16).rev());
-    top.push(6);
-    soup.indices.clear();
-    soup.polygon_ends.clear();
-    for q in BOX.iter().filter(|q| **q != [4, 5, 7, 6]) {
-        soup.push_polygon(q);
-    }
-    soup.push_polygon(&top);
-    let mut chain = vec![6];
-    chain.extend(8..16);
-    for i in 1..chain.len() {
-        soup.push_polygon(&[7, chain[i - 1], chain[i]]);
-    }
-    let c = good(&soup);
-    let t = c.mesh.topology();
-    assert_eq!((t.components, t.boundaries, t.euler), (1, 0, 2), "{:?}", c.repairs);
-    assert!((c.mesh.total_area() - 6.0).abs() < 1e-12);
-    assert!(count(&c, "edges_flipped") > 0);
-}
-
-#[test]
-fn needles_collapse() {
-    // Each corner of a box blown up to a tiny triangle: needles along all edges.
-    for size in [1e-12, 1e-9] {
-        let base = good(&unit_box()).mesh;
-        let mut soup = TriangleSoup::default();
-        let centre = DVec3::splat(0.5);
-        for f in 0..12 {
-            let middle = base.triangle(f).iter().sum::<DVec3>() / 3.0;
-            soup.positions.extend(base.triangle(f).map(|p| p + size * (middle - p)));
-            soup.push_polygon(&[3 * f as u32, 3 * f as u32 + 1, 3 * f as u32 + 2]);
-        }
-        for h in 0..36 {
-            let t = base.twin(h).unwrap();
-            if h < t {
-                let next = |h: usize| crate::engine::mesh::next(h) as u32;
-                soup.push_polygon(&[next(h), h as u32, next(t), t as u32]);
-            }
-        }
-        for v in 0..8 {
-            let ring: Vec<u32> = base.fan(v).map(|h| h as u32).collect();
-            soup.push_polygon(&ring);
-        }
-        let c = good(&soup);
-        assert_eq!(c.mesh.topology().euler, 2, "{size}: {:?}", c.repairs);
-        assert!(c.mesh.n_faces() <= 12 + 40 && (c.mesh.total_area() - 6.0).abs() < 1e-6);
-        assert!(c.mesh.positions().iter().all(|p| (p - centre).length() < 0.9));
-    }
-}
-
-#[test]
-fn bad_corners_and_islands_are_told_apart() {
-    let mut soup = unit_box();
-    soup.positions.extend([DVec3::NAN, DVec3::splat(f64::INFINITY), DVec3::splat(9.0)]);
-    soup.push_polygon(&[0, 1, 8]);
-    soup.push_polygon(&[0, 9, 2]);
-    soup.push_polygon(&[3, 3, 3]);
-    add_box(&mut soup, DVec3::splat(3.0), 1e-4);
-    let c = good(&soup);
-    assert_eq!(c.mesh.topology().components, 2);
-    assert_eq!(count(&c, "not_finite_faces_dropped"), 2);
-    assert_eq!(count(&c, "degenerate_faces_dropped"), 1);
-    assert_eq!(count(&c, "unreferenced_vertices_dropped"), 1);
-}
-
-#[test]
 fn soups_without_a_surface_are_refused_with_the_reason() {
     assert_eq!(run(&TriangleSoup::default()).unwrap_err(), ConditionError::Empty);
     let triangle = |p: [DVec3; 3]| TriangleSoup::from_triangles(p.to_vec(), &[[0, 1, 2]]);
@@ -401,42 +190,6 @@ fn a_stopped_run_stops() {
     ctx.stop(StopReason::Client);
     let error = condition(&ctx, &unit_box(), &ConditionOptions::default()).unwrap_err();
     assert_eq!(error.fault(), Fault::Cancelled);
-}
-
-#[test]
-fn coincident_faces_that_share_one_edge_become_a_manifold() {
-    let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let positions = vec![
-        p(0.0, 2.0, 1.0),
-        p(0.0, 0.0, 1.0),
-        p(1.0, 3.0, 0.0),
-        p(1e-8, 1.0, 0.99999999),
-        p(1.00000001, 1.0, -1e-8),
-        p(1e-8, 1.0, 0.99999999),
-        p(1.0, 3.0, 1.0),
-        p(3.0, 1.0, 2.0),
-    ];
-    let polygons: [&[u32]; 13] = [
-        &[0, 0, 7],
-        &[0, 5, 3, 7],
-        &[0, 3, 2, 0, 6],
-        &[0, 3, 0],
-        &[0, 7, 3],
-        &[0, 7, 4],
-        &[3, 2, 6],
-        &[3, 0, 3],
-        &[6, 1, 0, 6, 7],
-        &[2, 6, 0],
-        &[2, 5, 6],
-        &[7, 7, 0, 4, 0],
-        &[5, 1, 2],
-    ];
-    let mut soup = TriangleSoup { positions, ..TriangleSoup::default() };
-    for polygon in polygons {
-        soup.push_polygon(polygon);
-    }
-    let options = ConditionOptions { cut_non_orientable: true };
-    check(&soup, &condition(&RunContext::silent(), &soup, &options).unwrap());
 }
 
 /// Polygons over few places of a coarse grid: every kind of degeneracy at once.

@@ -16,6 +16,8 @@ mod state;
 mod untangle;
 
 #[cfg(test)]
+mod curve_tests;
+#[cfg(test)]
 mod tests;
 
 pub(crate) use curves::{Curve, trace_curves};
