@@ -10,7 +10,7 @@ use crate::engine::quad::improve::operations::rotation;
 use crate::engine::quad::improve::operations::valence_shifts;
 use crate::engine::quad::improve::shaping::Shaping;
 use crate::engine::quad::improve::valence::irregularity;
-use crate::engine::quad::optimise::Sheet;
+use crate::engine::quad::optimise::SurfaceWalker;
 use crate::engine::quad::optimise::is_sound;
 use crate::engine::quad::optimise::mean_edge;
 use crate::engine::run::Cancelled;
@@ -43,8 +43,8 @@ pub fn remove_doublets(
     if doublets.is_empty() {
         return Ok(None);
     }
-    let sheet = Sheet::new(surface, index, mean);
-    let mut shaping = Shaping::new(&sheet, draft, 0.5 * mean);
+    let walker = SurfaceWalker::new(surface, index, mean);
+    let mut shaping = Shaping::new(&walker, draft, 0.5 * mean);
     let mut removed = false;
     for v in doublets {
         ctx.check()?;

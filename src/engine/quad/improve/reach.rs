@@ -12,7 +12,7 @@ use crate::engine::quad::QuadMesh;
 use crate::engine::quad::improve::facing::is_turned_over;
 use crate::engine::quad::improve::net::QuadNet;
 use crate::engine::quad::improve::shaping::Shaping;
-use crate::engine::quad::optimise::Sheet;
+use crate::engine::quad::optimise::SurfaceWalker;
 use crate::engine::quad::optimise::area_vector;
 use crate::engine::quad::optimise::is_sound;
 use crate::engine::quad::optimise::mean_edge;
@@ -53,8 +53,8 @@ pub fn reach_out(
     if !(is_sound(surface, draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(None);
     }
-    let sheet = Sheet::new(surface, index, mean);
-    let mut shaping = Shaping::new(&sheet, draft, 0.5 * mean);
+    let walker = SurfaceWalker::new(surface, index, mean);
+    let mut shaping = Shaping::new(&walker, draft, 0.5 * mean);
     let net = QuadNet::new(draft);
     let mut pulled = false;
     for round in 0..ROUNDS {

@@ -10,7 +10,7 @@ use crate::engine::quad::improve::operations::candidates;
 use crate::engine::quad::improve::operations::valence_shifts;
 use crate::engine::quad::improve::shaping::Shaping;
 use crate::engine::quad::improve::valence::irregularity;
-use crate::engine::quad::optimise::Sheet;
+use crate::engine::quad::optimise::SurfaceWalker;
 use crate::engine::quad::optimise::is_sound;
 use crate::engine::quad::optimise::mean_edge;
 use crate::engine::run::Cancelled;
@@ -46,10 +46,10 @@ pub fn improve_connectivity(
     if !(is_sound(surface, &draft) && mean > 0.0 && mean.is_finite()) {
         return Ok(draft);
     }
-    let sheet = Sheet::new(surface, index, mean);
+    let walker = SurfaceWalker::new(surface, index, mean);
     let mut work = Work {
         net: QuadNet::new(&draft),
-        shaping: Shaping::new(&sheet, &draft, 0.5 * mean),
+        shaping: Shaping::new(&walker, &draft, 0.5 * mean),
         stale: vec![true; draft.mesh.positions.len()],
     };
     for pass in 0..PASSES {

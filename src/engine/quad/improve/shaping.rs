@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::improve::net::QuadNet;
-use crate::engine::quad::optimise::Sheet;
+use crate::engine::quad::optimise::SurfaceWalker;
 use crate::engine::quad::optimise::area_vector;
 use crate::engine::quad::optimise::quality;
 
@@ -16,22 +16,22 @@ const DECENT: f64 = 0.25;
 /// Positions on the surface while the quads change.
 #[derive(Debug)]
 pub(crate) struct Shaping<'a> {
-    sheet: &'a Sheet<'a>,
+    walker: &'a SurfaceWalker<'a>,
     pub(crate) positions: Vec<DVec3>,
     /// Face beneath each vertex.
     faces: Vec<u32>,
 }
 
 impl<'a> Shaping<'a> {
-    pub(crate) fn new(sheet: &'a Sheet<'a>, draft: &QuadDraft, reach: f64) -> Self {
+    pub(crate) fn new(walker: &'a SurfaceWalker<'a>, draft: &QuadDraft, reach: f64) -> Self {
         let mut normals = vec![DVec3::ZERO; draft.mesh.positions.len()];
         for quad in &draft.mesh.quads {
             let n = area_vector(&quad.map(|v| draft.mesh.positions[v as usize]));
             quad.iter().for_each(|&v| normals[v as usize] += n);
         }
-        let land = |(&p, n): (&DVec3, DVec3)| sheet.land(p, n.normalize_or_zero(), reach).0;
+        let land = |(&p, n): (&DVec3, DVec3)| walker.land(p, n.normalize_or_zero(), reach).0;
         let faces = draft.mesh.positions.iter().zip(normals).map(land).collect();
-        Self { sheet, positions: draft.mesh.positions.clone(), faces }
+        Self { walker, positions: draft.mesh.positions.clone(), faces }
     }
 
     /// Quality of the quad in `slot` against the surface beneath its free vertices.
@@ -39,7 +39,7 @@ impl<'a> Shaping<'a> {
         let quad = net.quads[slot as usize];
         let p = quad.map(|v| self.positions[v as usize]);
         let free = quad.iter().filter(|&&v| net.is_free(v));
-        let up: DVec3 = free.map(|&v| self.sheet.normal(self.faces[v as usize])).sum();
+        let up: DVec3 = free.map(|&v| self.walker.normal(self.faces[v as usize])).sum();
         quality(&p, up.try_normalize().unwrap_or_else(|| area_vector(&p).normalize_or_zero()))
     }
 
@@ -89,7 +89,7 @@ impl<'a> Shaping<'a> {
     /// Draws vertices back to the surface, near the faces beneath them.
     pub(crate) fn draw(&mut self, vertices: &[u32]) {
         for &v in vertices {
-            let (face, position) = self.sheet.follow(self.faces[v as usize], self.positions[v as usize]);
+            let (face, position) = self.walker.follow(self.faces[v as usize], self.positions[v as usize]);
             self.faces[v as usize] = face;
             self.positions[v as usize] = position;
         }

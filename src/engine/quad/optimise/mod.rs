@@ -1,6 +1,6 @@
 //! Optimisation of the positions of a quad draft on its surface.
 //!
-//! Vertices walk over the triangles (`sheet`) or slide along feature curves (`curves`, `chains`); folded quads
+//! Vertices walk over the triangles (`surface_walker`) or slide along feature curves (`curves`, `chains`); folded quads
 //! are turned right side up first (`untangle`), then all are relaxed towards squares (`relax`), and those on curves moved
 //! to where the curves bend (`fit`), every single step guarded by the quality of the quads it touches.
 
@@ -11,8 +11,8 @@ mod incidence;
 mod relax;
 mod sequence;
 mod shape;
-mod sheet;
 mod state;
+mod surface_walker;
 mod untangle;
 
 #[cfg(test)]
@@ -26,4 +26,4 @@ pub(crate) use sequence::mean_edge;
 pub use sequence::{OptimiseOptions, optimise};
 pub(crate) use shape::area_vector;
 pub(crate) use shape::quality;
-pub(crate) use sheet::Sheet;
+pub(crate) use surface_walker::SurfaceWalker;

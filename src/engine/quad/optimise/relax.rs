@@ -78,7 +78,7 @@ pub(crate) fn relax(
         let may_move = match state.places[v] {
             Place::Fixed => false,
             Place::Curve(..) => moving == Moving::All,
-            Place::Sheet(_) => true,
+            Place::Face(_) => true,
         };
         if may_move && !state.incidence.corners_of(v as u32).is_empty() {
             unknown[v] = free.len() as u32;

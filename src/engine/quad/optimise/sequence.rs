@@ -13,8 +13,8 @@ use crate::engine::quad::optimise::fit::fit_curves;
 use crate::engine::quad::optimise::incidence::counted_edges;
 use crate::engine::quad::optimise::relax::{Moving, relax};
 use crate::engine::quad::optimise::shape::{area_vector, centre};
-use crate::engine::quad::optimise::sheet::Sheet;
 use crate::engine::quad::optimise::state::State;
+use crate::engine::quad::optimise::surface_walker::SurfaceWalker;
 use crate::engine::quad::optimise::untangle::lift_worst;
 use crate::engine::quad::optimise::untangle::untangle;
 use crate::engine::run::Cancelled;
@@ -65,8 +65,8 @@ pub fn optimise(
         return Ok(draft);
     }
     let target = if options.edge_length > 0.0 && options.edge_length.is_finite() { options.edge_length } else { mean };
-    let sheet = Sheet::new(surface, index, target.min(mean));
-    let mut state = State::new(&sheet, &draft, &options.held, trace_curves(surface), 0.5 * mean);
+    let walker = SurfaceWalker::new(surface, index, target.min(mean));
+    let mut state = State::new(&walker, &draft, &options.held, trace_curves(surface), 0.5 * mean);
     ctx.check()?;
     let sizes = wanted_sizes(&state, target, &options.log_size);
     ctx.advance(0.1);

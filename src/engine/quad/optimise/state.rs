@@ -14,7 +14,7 @@ use crate::engine::quad::optimise::incidence::Incidence;
 use crate::engine::quad::optimise::shape::area_vector;
 use crate::engine::quad::optimise::shape::centre;
 use crate::engine::quad::optimise::shape::quality;
-use crate::engine::quad::optimise::sheet::Sheet;
+use crate::engine::quad::optimise::surface_walker::SurfaceWalker;
 
 /// A vertex keeps this share of the gap to its neighbour on a curve.
 const KEEP_OFF: f64 = 0.15;
@@ -29,13 +29,13 @@ pub(crate) enum Place {
     /// On a curve: its slider and its arc parameter.
     Curve(u32, f64),
     /// In a face of the surface.
-    Sheet(u32),
+    Face(u32),
 }
 
 /// Quads on a surface.
 #[derive(Debug)]
 pub(crate) struct State<'a> {
-    pub(crate) sheet: &'a Sheet<'a>,
+    pub(crate) walker: &'a SurfaceWalker<'a>,
     pub(crate) quads: &'a [[u32; 4]],
     pub(crate) incidence: Incidence,
     pub(crate) positions: Vec<DVec3>,
@@ -49,10 +49,10 @@ pub(crate) struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    /// Puts every vertex where its anchor wants it. `reach`: how far a draft's vertex may lie off its sheet.
+    /// Puts every vertex where its anchor wants it. `reach`: how far a draft's vertex may lie off the surface.
     /// Vertices that are `held` stay at their positions.
     pub(crate) fn new(
-        sheet: &'a Sheet<'a>,
+        walker: &'a SurfaceWalker<'a>,
         draft: &'a QuadDraft,
         held: &[bool],
         curves: Vec<Curve>,
@@ -68,7 +68,7 @@ impl<'a> State<'a> {
             places[v] = Place::Curve(i as u32, slider.arc);
             positions[v] = curves[slider.curve as usize].at(slider.arc);
         }
-        let mesh = &sheet.surface().mesh;
+        let mesh = &walker.surface().mesh;
         for (v, anchor) in draft.anchors.iter().enumerate() {
             match *anchor {
                 Anchor::Corner(c) => positions[v] = mesh.position(c),
@@ -91,17 +91,17 @@ impl<'a> State<'a> {
                     return None;
                 }
                 let own: DVec3 = corners.iter().map(|&c| normal(c as usize / 4)).sum();
-                Some(sheet.land(positions[v], own.normalize_or_zero(), reach))
+                Some(walker.land(positions[v], own.normalize_or_zero(), reach))
             })
             .collect();
         for (v, landed) in landed.into_iter().enumerate() {
             if let Some((face, position)) = landed {
-                places[v] = Place::Sheet(face);
+                places[v] = Place::Face(face);
                 positions[v] = position;
             }
         }
         let mut state = Self {
-            sheet,
+            walker,
             quads,
             incidence,
             positions,
@@ -115,11 +115,11 @@ impl<'a> State<'a> {
             .into_par_iter()
             .map(|q| {
                 let p = state.corners(q);
-                let on_sheet = quads[q].iter().find_map(|&v| match state.places[v as usize] {
-                    Place::Sheet(face) => Some(face),
+                let of_corner = quads[q].iter().find_map(|&v| match state.places[v as usize] {
+                    Place::Face(face) => Some(face),
                     _ => None,
                 });
-                on_sheet.unwrap_or_else(|| sheet.land(centre(&p), area_vector(&p).normalize_or_zero(), reach).0)
+                of_corner.unwrap_or_else(|| walker.land(centre(&p), area_vector(&p).normalize_or_zero(), reach).0)
             })
             .collect();
         state.look_beneath();
@@ -131,15 +131,15 @@ impl<'a> State<'a> {
         let this = &*self;
         let beneath: Vec<u32> = (0..this.quads.len())
             .into_par_iter()
-            .map(|q| this.sheet.follow(this.beneath[q], centre(&this.corners(q))).0)
+            .map(|q| this.walker.follow(this.beneath[q], centre(&this.corners(q))).0)
             .collect();
-        self.ups = beneath.iter().map(|&f| self.sheet.normal(f)).collect();
+        self.ups = beneath.iter().map(|&f| self.walker.normal(f)).collect();
         self.beneath = beneath;
     }
 
     /// The local size beneath quad `q`, from the logarithms per vertex of the surface; 1 if there are none.
     pub(crate) fn local_size(&self, q: usize, log_size: &[f64]) -> f64 {
-        let mesh = &self.sheet.surface().mesh;
+        let mesh = &self.walker.surface().mesh;
         if log_size.len() != mesh.n_vertices() {
             return 1.0;
         }
@@ -179,9 +179,9 @@ impl<'a> State<'a> {
     pub(crate) fn drawn(&self, v: u32, p: DVec3) -> (Place, DVec3) {
         match self.places[v as usize] {
             Place::Fixed => (Place::Fixed, self.positions[v as usize]),
-            Place::Sheet(face) => {
-                let (face, position) = self.sheet.follow(face, p);
-                (Place::Sheet(face), position)
+            Place::Face(face) => {
+                let (face, position) = self.walker.follow(face, p);
+                (Place::Face(face), position)
             }
             Place::Curve(slider, arc) => {
                 let curve = &self.curves[self.sliders[slider as usize].curve as usize];

@@ -18,9 +18,10 @@ const SAME_SHEET: f64 = 0.3;
 /// Most rounds of averaging of the normals.
 const ROUNDS: f64 = 40.0;
 
-/// The surface as the moving vertices see it: faces, barriers between them, and normals at the scale of the quads.
+/// Walks over the surface with vertices that move: it knows the faces, the barriers between them, and normals at the scale
+/// of the quads.
 #[derive(Debug)]
-pub(crate) struct Sheet<'a> {
+pub(crate) struct SurfaceWalker<'a> {
     surface: &'a Surface,
     index: &'a SurfaceIndex,
     /// Faces that hang together, never across a feature edge.
@@ -31,7 +32,7 @@ pub(crate) struct Sheet<'a> {
     normals: Vec<DVec3>,
 }
 
-impl<'a> Sheet<'a> {
+impl<'a> SurfaceWalker<'a> {
     /// `scale`: length of a quad's edge.
     pub(crate) fn new(surface: &'a Surface, index: &'a SurfaceIndex, scale: f64) -> Self {
         let barrier = surface.features.halfedge_flags(&surface.mesh);
