@@ -232,7 +232,7 @@ fn no_quad_stretches_across_a_seam() {
 
 #[test]
 fn a_seam_that_ends_inside_is_no_way_around() {
-    // A disc in polar coordinates; the seam goes from the rim to the centre.
+    // A disc in polar coordinates; the seam goes from the boundary to the centre.
     let disc = |sectors: u32, radii: &'static [f64]| {
         let at = move |i: u32, j: u32| {
             let angle = TAU * f64::from(j % sectors) / f64::from(sectors);

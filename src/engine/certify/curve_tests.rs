@@ -49,8 +49,8 @@ fn lost_features_and_corners_are_rejected() {
     rejects(&plate, &moved(corner, DVec3::splat(1e-4)), &[Check::Corner]);
     let shifted = QuadMesh { positions: good.positions.iter().map(|p| *p + DVec3::Y * 0.01).collect(), ..good.clone() };
     rejects(&plate, &shifted, &[Check::Corner]);
-    // A part of a hole's rim leaves it within the plane.
-    let rim = plate
+    // A part of the boundary curve of a hole leaves it within the plane.
+    let at_hole = plate
         .features
         .edges
         .iter()
@@ -61,12 +61,14 @@ fn lost_features_and_corners_are_rejected() {
             (p.truncate() - glam::dvec2(0.0, 0.5)).length() < 0.29
         })
         .unwrap();
-    let outwards = (plate.mesh.position(rim) - dvec3(0.0, 0.5, 0.12)) * dvec3(1.0, 1.0, 0.0);
-    let length =
-        plate.mesh.fan(rim).map(|h| plate.mesh.position(plate.mesh.target(h)).distance(plate.mesh.position(rim)));
+    let outwards = (plate.mesh.position(at_hole) - dvec3(0.0, 0.5, 0.12)) * dvec3(1.0, 1.0, 0.0);
+    let length = plate
+        .mesh
+        .fan(at_hole)
+        .map(|h| plate.mesh.position(plate.mesh.target(h)).distance(plate.mesh.position(at_hole)));
     let length = length.fold(f64::INFINITY, f64::min);
     let push = |p: &DVec3| {
-        let near = p.distance(plate.mesh.position(rim)) < 3.0 * length;
+        let near = p.distance(plate.mesh.position(at_hole)) < 3.0 * length;
         if near { *p + outwards.normalize() * (0.9 * length) } else { *p }
     };
     let pushed = QuadMesh { positions: good.positions.iter().map(push).collect(), ..good.clone() };

@@ -9,7 +9,7 @@ use glam::DVec3;
 /// A vertex further off its curve than this part of an edge has left it.
 const OFF_CURVE: f64 = 0.1;
 /// A face may hold a vertex if its normal is within 78 degrees (cosine) of that of the surface around it.
-const SAME_SHEET: f64 = 0.2;
+const SAME_SIDE: f64 = 0.2;
 
 /// The surface beneath a draft.
 #[derive(Debug)]
@@ -56,7 +56,7 @@ impl<'a> Ground<'a> {
 
     /// The point of the surface nearest to `p` whose normal agrees with `up`, if there is one within `reach`.
     pub(super) fn drawn(&self, p: DVec3, up: DVec3, reach: f64) -> Option<DVec3> {
-        let agrees = |face: u32| up == DVec3::ZERO || self.index.normal(face).dot(up) > SAME_SHEET;
+        let agrees = |face: u32| up == DVec3::ZERO || self.index.normal(face).dot(up) > SAME_SIDE;
         self.index.closest_where(p, reach, agrees).map(|found| found.position)
     }
 }

@@ -11,7 +11,7 @@ use crate::engine::quad::extract::nodes::Nodes;
 use crate::engine::quad::fill::FillError;
 use crate::engine::quad::fill::FillReport;
 use crate::engine::quad::fill::complete;
-use crate::engine::quad::fill::{Exit, RimLoop, add_rims};
+use crate::engine::quad::fill::{BoundaryLoop, Exit, add_boundary_strips};
 use crate::engine::run::Blame;
 use crate::engine::run::Cancelled;
 use crate::engine::run::Fault;
@@ -166,8 +166,8 @@ fn extract(
     let nodes = Nodes::new(&exact);
     let (mut graph, out) = grid_graph(ctx, &exact, features, &nodes)?;
     if is_open {
-        let (exits, loops) = rims(mesh, features, &out);
-        add_rims(ctx, &mut graph, &exits, &loops)?;
+        let (exits, loops) = exits(mesh, features, &out);
+        add_boundary_strips(ctx, &mut graph, &exits, &loops)?;
     }
     let (draft, fill) = complete(ctx, graph, &mesh.topology())?;
     let report = ExtractionReport {
@@ -183,21 +183,21 @@ fn extract(
 }
 
 /// The boundary loops as seen from outside, and which grid lines end at them.
-fn rims(mesh: &TriMesh, features: &Features, out: &[PortOut]) -> (Vec<Exit>, Vec<RimLoop>) {
+fn exits(mesh: &TriMesh, features: &Features, out: &[PortOut]) -> (Vec<Exit>, Vec<BoundaryLoop>) {
     let mut place = vec![(0, 0); mesh.n_halfedges()];
     let mut loops = Vec::new();
-    for (rim, mut halfedges) in mesh.boundary_loops().into_iter().enumerate() {
+    for (loop_number, mut halfedges) in mesh.boundary_loops().into_iter().enumerate() {
         halfedges.reverse();
-        halfedges.iter().enumerate().for_each(|(i, &h)| place[h] = (rim, i));
+        halfedges.iter().enumerate().for_each(|(i, &h)| place[h] = (loop_number, i));
         let vertices = || halfedges.iter().map(|&h| mesh.origin(h));
-        loops.push(RimLoop {
+        loops.push(BoundaryLoop {
             points: vertices().map(|v| mesh.position(v)).collect(),
             corner: vertices().map(|v| features.is_corner(v).then_some(v)).collect(),
         });
     }
     let exit = |out: &PortOut| {
-        let (rim, point) = place[out.halfedge];
-        Exit { before: out.before, rim, end: out.is_feature.then_some(point) }
+        let (loop_number, point) = place[out.halfedge];
+        Exit { before: out.before, loop_number, end: out.is_feature.then_some(point) }
     };
     (out.iter().map(exit).collect(), loops)
 }

@@ -7,6 +7,8 @@
 //! between odd faces, fill even faces with patterns of quads, split arcs across closed curves until no two arcs join the
 //! same two nodes.
 
+mod boundary_strip;
+mod boundary_strip_places;
 mod chains;
 mod complete;
 mod dual_curve;
@@ -15,8 +17,6 @@ mod faces;
 mod parity;
 mod patterns;
 mod polygons;
-mod rim;
-mod rim_places;
 mod simplify;
 
 #[cfg(test)]
@@ -24,9 +24,9 @@ pub(crate) mod manifold;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use boundary_strip::{Exit, add_boundary_strips};
+pub(crate) use boundary_strip_places::BoundaryLoop;
 pub use complete::FillReport;
 pub(crate) use complete::{FillError, complete};
 pub(crate) use embedded_graph::{EmbeddedGraph, GraphArc, GraphNode, Tag};
 pub(crate) use patterns::Pattern;
-pub(crate) use rim::{Exit, add_rims};
-pub(crate) use rim_places::RimLoop;

@@ -77,9 +77,9 @@ fn a_closed_boundary_without_corners_slides_round_in_order() {
     let result = run(&surface, draft, 0.22);
     assert!(worst_of(&result, |_| DVec3::Z) > 0.2);
     for (p, anchor) in result.mesh.positions.iter().zip(&result.anchors) {
-        let rim = (0..sectors)
+        let distances = (0..sectors)
             .map(|s| crate::engine::mesh::closest_on_segment(*p, round(rings, s), round(rings, s + 1)).1.distance(*p));
-        assert!(*anchor != Anchor::Curve || rim.fold(f64::INFINITY, f64::min) < 1e-12);
+        assert!(*anchor != Anchor::Curve || distances.fold(f64::INFINITY, f64::min) < 1e-12);
     }
 }
 

@@ -1,5 +1,5 @@
-//! Moving on the surface to nearest points that hang together with the last one, so that a vertex never jumps to another
-//! sheet and never crosses a feature curve.
+//! Moving on the surface to nearest points that are connected to the last one, so that a vertex never jumps to another
+//! side of a thin wall and never crosses a feature curve.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,8 +13,8 @@ use crate::engine::mesh::closest_on_triangle;
 const CELL: f64 = 0.25;
 /// Most cells that one step looks at: those of a disc of two quad edges.
 const REACH: usize = 64;
-/// Faces whose normals agree less than this (cosine) belong to another sheet.
-const SAME_SHEET: f64 = 0.3;
+/// Faces whose normals agree less than this (cosine) lie on another side.
+const SAME_SIDE: f64 = 0.3;
 /// Most rounds of averaging of the normals.
 const ROUNDS: f64 = 40.0;
 
@@ -24,7 +24,7 @@ const ROUNDS: f64 = 40.0;
 pub(crate) struct SurfaceWalker<'a> {
     surface: &'a Surface,
     index: &'a SurfaceIndex,
-    /// Faces that hang together, never across a feature edge.
+    /// Faces that are connected, never across a feature edge.
     cells: FaceCells,
     /// Length of a quad's edge.
     scale: f64,
@@ -51,12 +51,12 @@ impl<'a> SurfaceWalker<'a> {
         self.normals[face as usize]
     }
 
-    /// Whether a face is on the same sheet as something with this normal.
+    /// Whether a face lies on the same side as something with this normal.
     pub(crate) fn agrees(&self, face: u32, normal: DVec3) -> bool {
-        self.normal(face).dot(normal) > SAME_SHEET
+        self.normal(face).dot(normal) > SAME_SIDE
     }
 
-    /// The point of the surface nearest to `p`, or one up to `reach` further away on a sheet that agrees with `normal`
+    /// The point of the surface nearest to `p`, or one up to `reach` further away on the side that agrees with `normal`
     /// (zero: any).
     pub(crate) fn land(&self, p: DVec3, normal: DVec3, reach: f64) -> (u32, DVec3) {
         let nearest = self.index.closest(p);
@@ -68,7 +68,7 @@ impl<'a> SurfaceWalker<'a> {
         (found.face, found.position)
     }
 
-    /// The point of the sheet around face `from` that is nearest to `p`: no further from it than `from` is, in a face that
+    /// The point of the surface around face `from` that is nearest to `p`: no further from it than `from` is, in a face that
     /// agrees with `from` and that is reached from there over few cells and no feature curve.
     pub(crate) fn follow(&self, from: u32, p: DVec3) -> (u32, DVec3) {
         let up = self.normal(from);

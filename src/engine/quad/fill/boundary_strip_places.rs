@@ -1,4 +1,4 @@
-//! Where the vertices of a rim lie on a boundary loop: in order, near their partners, corners on corners.
+//! Where the vertices of a boundary strip lie on a boundary loop: in order, near their partners, corners on corners.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ const LEAST_GAP: f64 = 0.3;
 
 /// A boundary loop, as it is seen from outside the surface: the surface lies to the right.
 #[derive(Clone, Debug)]
-pub(crate) struct RimLoop {
+pub(crate) struct BoundaryLoop {
     /// Its points in order.
     pub(crate) points: Vec<DVec3>,
     /// Per point, the corner that it is.
@@ -29,7 +29,7 @@ pub(super) struct Nearest {
     pub(super) distance: f64,
 }
 
-impl RimLoop {
+impl BoundaryLoop {
     /// The nearest point of the loop. Linear in its size.
     pub(super) fn nearest(&self, p: DVec3) -> Nearest {
         let next = |i: usize| self.points[(i + 1) % self.points.len()];
@@ -47,24 +47,24 @@ impl RimLoop {
 
 /// A loop by arc length.
 struct Measured<'a> {
-    rim: &'a RimLoop,
+    outline: &'a BoundaryLoop,
     /// Arc length at each point, and at last the whole.
     at: Vec<f64>,
 }
 
 impl Measured<'_> {
     fn total(&self) -> f64 {
-        self.at[self.rim.points.len()]
+        self.at[self.outline.points.len()]
     }
 
     /// Arc length and distance of the nearest point.
     fn nearest(&self, p: DVec3) -> (f64, f64) {
-        let Nearest { segment: i, t, distance } = self.rim.nearest(p);
+        let Nearest { segment: i, t, distance } = self.outline.nearest(p);
         (self.at[i] + t * (self.at[i + 1] - self.at[i]), distance)
     }
 
     fn position(&self, s: f64) -> DVec3 {
-        let points = &self.rim.points;
+        let points = &self.outline.points;
         let s = s.rem_euclid(self.total());
         let i = (self.at.partition_point(|&a| a <= s).max(1) - 1).min(points.len() - 1);
         let length = self.at[i + 1] - self.at[i];
@@ -78,16 +78,16 @@ impl Measured<'_> {
 /// once.
 pub(super) fn places(
     ctx: &RunContext,
-    rim: &RimLoop,
+    outline: &BoundaryLoop,
     nodes: &[DVec3],
     forced: &[Option<usize>],
 ) -> Result<Option<Vec<(DVec3, Anchor)>>, Cancelled> {
-    let n = rim.points.len();
+    let n = outline.points.len();
     let mut at = vec![0.0; n + 1];
     for i in 0..n {
-        at[i + 1] = at[i] + rim.points[i].distance(rim.points[(i + 1) % n]);
+        at[i + 1] = at[i] + outline.points[i].distance(outline.points[(i + 1) % n]);
     }
-    let measured = Measured { rim, at };
+    let measured = Measured { outline, at };
     let look = |&p: &DVec3| {
         ctx.check()?;
         Ok(measured.nearest(p))
@@ -98,7 +98,7 @@ pub(super) fn places(
 
 /// Places by the nearest points, as arc length and distance.
 fn in_order(measured: &Measured<'_>, near: &[(f64, f64)], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
-    let (rim, total) = (measured.rim, measured.total());
+    let (outline, total) = (measured.outline, measured.total());
     // Around the loop from the node that is surest of its place.
     let is_forced = |i: &usize| forced[*i].is_some();
     let first =
@@ -122,7 +122,7 @@ fn in_order(measured: &Measured<'_>, near: &[(f64, f64)], forced: &[Option<usize
     let mut places = vec![(DVec3::ZERO, Anchor::Curve); near.len()];
     for (k, &i) in order.iter().enumerate() {
         places[i] = match fixed[k] {
-            Some((point, _)) => (rim.points[point], rim.corner[point].map_or(Anchor::Curve, Anchor::Corner)),
+            Some((point, _)) => (outline.points[point], outline.corner[point].map_or(Anchor::Curve, Anchor::Corner)),
             None => (measured.position(place[k]), Anchor::Curve),
         };
     }
@@ -140,8 +140,8 @@ fn fixed_places(
     let holders: BTreeMap<usize, usize> =
         order.iter().enumerate().rev().filter_map(|(k, &i)| Some((forced[i]?, k))).collect();
     let holder = |p: usize| holders.get(&p).copied();
-    let mut corners: Vec<(f64, usize)> = (0..measured.rim.points.len())
-        .filter(|&p| measured.rim.corner[p].is_some() || holder(p).is_some())
+    let mut corners: Vec<(f64, usize)> = (0..measured.outline.points.len())
+        .filter(|&p| measured.outline.corner[p].is_some() || holder(p).is_some())
         .map(|p| (start + (measured.at[p] - start).rem_euclid(total), p))
         .collect();
     corners.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -218,16 +218,16 @@ fn monotone(values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn placed(rim: &RimLoop, nodes: &[DVec3], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
-        places(&RunContext::silent(), rim, nodes, forced).unwrap()
+    fn placed(outline: &BoundaryLoop, nodes: &[DVec3], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+        places(&RunContext::silent(), outline, nodes, forced).unwrap()
     }
 
-    fn square() -> RimLoop {
+    fn square() -> BoundaryLoop {
         let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)];
         let at = |a: (f64, f64), b: (f64, f64), t: f64| DVec3::new(a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1), 0.0);
         let points = (0..16).map(|i| at(corners[i / 4], corners[(i / 4 + 1) % 4], (i % 4) as f64 / 4.0));
         let corner = (0..16).map(|i| (i % 4 == 0).then_some(i as u32)).collect();
-        RimLoop { points: points.collect(), corner }
+        BoundaryLoop { points: points.collect(), corner }
     }
 
     /// Nodes on a circle inside.
@@ -239,8 +239,8 @@ mod tests {
     #[test]
     fn places_go_round_in_order_and_take_every_corner() {
         for (n, shift) in [(4, 0.3), (5, 0.0), (12, 0.7), (40, 0.1)] {
-            let rim = square();
-            let places = placed(&rim, &ring(n, shift), &vec![None; n]).unwrap();
+            let outline = square();
+            let places = placed(&outline, &ring(n, shift), &vec![None; n]).unwrap();
             let mut corners: Vec<Anchor> = places.iter().map(|p| p.1).filter(|a| *a != Anchor::Curve).collect();
             corners.sort_by_key(|a| format!("{a:?}"));
             assert_eq!(corners.len(), 4);
@@ -257,15 +257,15 @@ mod tests {
 
     #[test]
     fn forced_points_are_met_and_too_few_nodes_refused() {
-        let rim = square();
+        let outline = square();
         let mut forced = vec![None; 12];
         forced[3] = Some(6);
-        let mut with_end = rim.clone();
+        let mut with_end = outline.clone();
         with_end.corner[6] = Some(99);
         let places = placed(&with_end, &ring(12, 0.0), &forced).unwrap();
-        assert_eq!(places[3], (rim.points[6], Anchor::Corner(99)));
+        assert_eq!(places[3], (outline.points[6], Anchor::Corner(99)));
         assert_eq!(places.iter().filter(|p| p.1 != Anchor::Curve).count(), 5);
-        assert!(placed(&rim, &ring(3, 0.0), &[None; 3]).is_none());
+        assert!(placed(&outline, &ring(3, 0.0), &[None; 3]).is_none());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A row of quads between the grid and a boundary that does not follow it.
+//! Boundary strips: rows of quads between the grid and a boundary that does not follow it.
 //!
 //! Grid lines that end at a boundary loop all lie in one face of the graph: the loop is a hole in it. That face is walked
 //! once around, every node of the walk gets a partner on the loop, and the face becomes a row of quads. The topology is
@@ -11,9 +11,9 @@ use glam::DVec3;
 use crate::engine::numerics::DisjointSets;
 use crate::engine::quad::Anchor;
 use crate::engine::quad::fill::FillError;
+use crate::engine::quad::fill::boundary_strip_places::{BoundaryLoop, places};
 use crate::engine::quad::fill::embedded_graph::{EmbeddedGraph, GraphNode, Tag};
 use crate::engine::quad::fill::faces::Faces;
-use crate::engine::quad::fill::rim_places::{RimLoop, places};
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Nodes nearer to the loop than this part of their arcs leave too little room for a quad.
@@ -25,21 +25,21 @@ pub(crate) struct Exit {
     /// The dart clockwise of it at its last node.
     pub(crate) before: u32,
     /// Number of the loop.
-    pub(crate) rim: usize,
+    pub(crate) loop_number: usize,
     /// The point of the loop where it ends, if it is a feature curve.
     pub(crate) end: Option<usize>,
 }
 
-/// Closes the graph with a row of quads along each loop.
+/// Closes the graph with a boundary strip, a row of quads, along each loop.
 ///
 /// # Errors
 /// [`FillError::Stuck`] if no grid line ends at a loop, two loops lie in one face, or the walk around a loop has fewer
 /// nodes than it has corners; [`FillError::Cancelled`] if the run was stopped.
-pub(crate) fn add_rims(
+pub(crate) fn add_boundary_strips(
     ctx: &RunContext,
     graph: &mut EmbeddedGraph,
     exits: &[Exit],
-    loops: &[RimLoop],
+    loops: &[BoundaryLoop],
 ) -> Result<(), FillError> {
     let mut around = Around::new(graph, exits, loops.len())?;
     around.peel(graph);
@@ -51,10 +51,10 @@ pub(crate) fn add_rims(
     around.peel(graph);
     let walks: Option<Vec<Vec<u32>>> = around.walks(graph).into_iter().collect();
     let walks = walks.ok_or(FillError::Stuck { step: "walking around a boundary loop" })?;
-    for (rim, (points, walk)) in loops.iter().zip(&walks).enumerate() {
+    for (number, (points, walk)) in loops.iter().zip(&walks).enumerate() {
         ctx.check()?;
         let mut forced = vec![None; walk.len()];
-        for (&node, &(_, end)) in around.ends.iter().filter(|(_, end)| end.0 == rim) {
+        for (&node, &(_, end)) in around.ends.iter().filter(|(_, end)| end.0 == number) {
             let at = walk.iter().position(|&d| graph.origin(d) == node);
             forced[at.ok_or(FillError::Stuck { step: "leading a feature to the boundary" })?] = Some(end);
         }
@@ -83,13 +83,13 @@ impl Around {
         let faces = Faces::new(graph);
         let mut votes: Vec<BTreeMap<u32, usize>> = vec![BTreeMap::new(); n_loops];
         for exit in exits {
-            *votes[exit.rim].entry(faces.of[exit.before as usize]).or_default() += 1;
+            *votes[exit.loop_number].entry(faces.of[exit.before as usize]).or_default() += 1;
         }
         let most =
             |votes: &BTreeMap<u32, usize>| votes.iter().max_by_key(|v| (v.1, std::cmp::Reverse(v.0))).map(|v| *v.0);
         let face: Option<Vec<u32>> = votes.iter().map(most).collect();
         let face = face.ok_or(FillError::Stuck { step: "finding grid lines that end at a boundary loop" })?;
-        let end = |exit: &Exit| Some((graph.origin(exit.before), (exit.rim, exit.end?)));
+        let end = |exit: &Exit| Some((graph.origin(exit.before), (exit.loop_number, exit.end?)));
         let ends = exits.iter().filter_map(end).collect();
         Ok(Self { joined: DisjointSets::new(faces.first.len()), faces, face, ends })
     }
@@ -136,7 +136,7 @@ impl Around {
         ctx: &RunContext,
         graph: &mut EmbeddedGraph,
         walk: Vec<u32>,
-        points: &RimLoop,
+        points: &BoundaryLoop,
     ) -> Result<(), Cancelled> {
         for d in walk {
             ctx.check()?;
