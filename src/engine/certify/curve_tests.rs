@@ -106,12 +106,12 @@ fn boundaries_out_of_place_are_rejected() {
     let pipe = surface("half_pipe", 800);
     let good = split(&pipe.mesh);
     let boundary = pipe.mesh.boundary_loops();
-    let mut pulled = good.clone();
+    let mut dented = good.clone();
     for &h in &boundary[0][20..26] {
-        let p = &mut pulled.positions[pipe.mesh.origin(h) as usize];
+        let p = &mut dented.positions[pipe.mesh.origin(h) as usize];
         *p = p.lerp(dvec3(0.0, 0.0, -1.0), 0.15);
     }
-    rejects(&pipe, &pulled, &[Check::BoundaryCurve]);
+    rejects(&pipe, &dented, &[Check::BoundaryCurve]);
     let short = QuadMesh { positions: good.positions.iter().map(|p| *p * dvec3(1.0, 0.9, 1.0)).collect(), ..good };
     rejects(&pipe, &short, &[Check::BoundaryCurve, Check::BoundaryLoop, Check::Corner]);
     // Two pipes, one of which has both boundaries: numbers agree, places do not.

@@ -65,9 +65,9 @@ fn what_lies_two_edges_apart_refuses() {
     let asked = certify(&RunContext::silent(), &spiky(0.5), &index, &quads, 0.5).unwrap();
     assert_eq!(asked.violations, []);
     // The other way: quads that stand off the surface.
-    let mut pulled = quads.clone();
-    pulled.positions[17] *= 1.6;
-    assert!(strict(&sphere, &pulled).iter().any(|v| v.0 == Check::Far));
+    let mut moved = quads.clone();
+    moved.positions[17] *= 1.6;
+    assert!(strict(&sphere, &moved).iter().any(|v| v.0 == Check::Far));
 }
 
 #[test]

@@ -57,7 +57,7 @@ const CARRIED_PAIR_DISTANCE: f64 = 1.0;
 /// Crosses of another mesh are smoothed over about this many quad edges.
 const START_REACH: f64 = 0.15;
 
-/// Pull of a stroke on its faces: more than their neighbours', whose three edges weigh about ten.
+/// Weight of a stroke in its faces: more than their neighbours', whose three edges weigh about ten.
 const STROKE: f64 = 100.0;
 
 /// How far the steps of a field have come in its time: means of four models of 5,000 and 8,000 quads.
@@ -158,9 +158,9 @@ fn smoothest(
     fixed: &[Option<c64>],
     options: &FieldOptions,
 ) -> Result<Vec<c64>, FieldError> {
-    let pull: f64 = alignment.iter().sum();
+    let total_alignment: f64 = alignment.iter().sum();
     let stiffness: f64 = system.diagonal.iter().sum();
-    let mut c: Vec<c64> = if fixed.iter().any(Option::is_some) || pull > 1e-6 * stiffness {
+    let mut c: Vec<c64> = if fixed.iter().any(Option::is_some) || total_alignment > 1e-6 * stiffness {
         let shift: Vec<f64> = alignment.iter().map(|a| a + 1e-9).collect();
         let rhs: Vec<c64> = alignment.iter().zip(target).map(|(a, q)| *q * *a).collect();
         system.solve(&shift, &rhs)?

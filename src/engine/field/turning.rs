@@ -24,7 +24,7 @@ pub(super) struct Turning {
 }
 
 impl Turning {
-    /// Factors the system for the crosses that are not fixed. `alignment` is the pull per face.
+    /// Factors the system for the crosses that are not fixed. `alignment` is its weight per face.
     pub(super) fn new(
         mesh: &TriMesh,
         frames: &Frames,
@@ -67,7 +67,7 @@ impl Turning {
         self.weight[h]
     }
 
-    /// Turns the crosses to the minimum for the field's matching; `rest` are the angles that alignment pulls to, modulo
+    /// Turns the crosses to the minimum for the field's matching; `rest` are the angles that the alignment asks for, modulo
     /// quarter turns. Residuals are taken on the branch nearest to zero: one quarter off at most.
     pub(super) fn relax(&self, mesh: &TriMesh, frames: &Frames, field: &mut CrossField, rest: &[f64]) {
         let mut down = vec![0.0; self.unknown.len()];

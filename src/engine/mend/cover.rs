@@ -95,7 +95,7 @@ impl Patch {
         (SLACK * self.farthest().1).max(REACH * ground.edge)
     }
 
-    /// Spreads vertices out, and pulls the nearest ones to points that are out of reach then.
+    /// Spreads vertices out, and moves the nearest ones to points that are out of reach then.
     pub(super) fn spread_over(&mut self, ground: &Ground<'_>, among: &[u32]) {
         spread(ground, self, among);
         let mut left = among.to_vec();

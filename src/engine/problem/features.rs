@@ -40,8 +40,8 @@ impl Problem {
             touched[c] |= near[e];
         }
         let short = (SHORT_CURVE.0 * self.edge_length).min(SHORT_CURVE.1 * radius);
-        let goes = |e: usize| near[e] || touched[curve[e]] && sizes[curve[e]] < short;
-        let mut kept: Vec<[u32; 2]> = (0..edges.len()).filter(|&e| !goes(e)).map(|e| edges[e]).collect();
+        let is_given_up = |e: usize| near[e] || touched[curve[e]] && sizes[curve[e]] < short;
+        let mut kept: Vec<[u32; 2]> = (0..edges.len()).filter(|&e| !is_given_up(e)).map(|e| edges[e]).collect();
         // Stumps: curves with a loose end that was none before.
         loop {
             let curve = curves(&kept, &self.surface.features.corners);

@@ -189,9 +189,10 @@ impl Curl {
                 e => self.side(mesh, &turns, h) * energy.psi[e as usize],
             };
             let (f, k) = (t / 3, t % 3);
-            let pull = (0..3).fold(c64::new(0.0, 0.0), |sum, j| sum + value(3 * f + j) * self.stiffness[f][slot(k, j)]);
+            let product =
+                (0..3).fold(c64::new(0.0, 0.0), |sum, j| sum + value(3 * f + j) * self.stiffness[f][slot(k, j)]);
             let change = i * value(t) * -FRAC_PI_2;
-            let explicit = 2.0 * (psi.conj() * i * turned).re * -FRAC_PI_2 - 2.0 * (change.conj() * pull).re;
+            let explicit = 2.0 * (psi.conj() * i * turned).re * -FRAC_PI_2 - 2.0 * (change.conj() * product).re;
             derivative.push(explicit);
         }
         let adjoint = turning.solve(&by_angle);

@@ -147,7 +147,7 @@ struct Search<'a> {
     around: &'a Surroundings<'a>,
     field: &'a mut CrossField,
     energy: CurlEnergy,
-    /// Angles that alignment pulls to.
+    /// Angles that the alignment asks for.
     rest: Vec<f64>,
     done: &'a mut BranchSearch,
     limit: usize,

@@ -124,7 +124,7 @@ impl Mender {
             self.flipped += 1;
             return Some(vec![f, g]);
         }
-        for k in short.into_iter().filter(|&k| sides[k as usize] <= scale.longest_pull) {
+        for k in short.into_iter().filter(|&k| sides[k as usize] <= scale.max_collapsed) {
             if let Some(touched) = self.collapse_side(3 * f + k, scale) {
                 return Some(touched);
             }

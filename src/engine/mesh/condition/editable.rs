@@ -70,14 +70,14 @@ impl Editable {
         self.neighbours(&self.fan(a).0).binary_search(&b).is_ok()
     }
 
-    /// Whether pulling the start of `h` into its end keeps a manifold of the same topology: the vertices joined to
+    /// Whether the collapse of `h`, its start into its end, keeps a manifold of the same topology: the vertices joined to
     /// both ends are exactly those opposite the edge, and no vertex or component disappears.
     pub(super) fn may_collapse(&self, h: u32) -> bool {
         let d = &self.draft;
         let t = d.twin[h as usize];
         let (u, v) = (d.start(h), d.end(h));
         let ((fan_u, u_open), (fan_v, v_open)) = (self.fan(u), self.fan(v));
-        // An open vertex must not be pulled off the boundary, nor two boundaries together.
+        // An open vertex must not leave the boundary, nor two boundaries become one.
         if u_open && (!v_open || t != NONE) {
             return false;
         }
@@ -98,7 +98,7 @@ impl Editable {
         apexes.len() == sides.len() && common == apexes && !cramped
     }
 
-    /// Pulls the start of `h` into its end. Only after [`Self::may_collapse`].
+    /// Collapses `h`, its start into its end. Only after [`Self::may_collapse`].
     pub(super) fn collapse(&mut self, h: u32) {
         let (u, v) = (self.draft.start(h), self.draft.end(h));
         let t = self.draft.twin[h as usize];

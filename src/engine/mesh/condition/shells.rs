@@ -9,7 +9,7 @@ use crate::engine::mesh::condition::patches::components;
 const COMPARED: usize = 8;
 
 /// The faces of every component that lies upon faces of one other component, corner by corner at exactly the same places:
-/// of equal shells the first one stays, of others the larger one. Per face whether it goes, and the number of such
+/// of equal shells the first one stays, of others the larger one. Per face whether it is to be dropped, and the number of such
 /// components. O(F log F).
 pub(super) fn shells_upon_others(corners: &[[u32; 3]], partner: &[u32], positions: &[DVec3]) -> (Vec<bool>, usize) {
     let (component, n) = components(partner);
@@ -43,13 +43,14 @@ pub(super) fn shells_upon_others(corners: &[[u32; 3]], partner: &[u32], position
         }
     }
     upon.par_sort_unstable();
-    let mut goes = vec![false; n];
+    let mut is_dropped = vec![false; n];
     for pair in upon.chunk_by(|a, b| a == b) {
         let (smaller, larger) = pair[0];
-        goes[smaller as usize] |= !goes[larger as usize] && pair.len() == size[order[smaller as usize] as usize];
+        is_dropped[smaller as usize] |=
+            !is_dropped[larger as usize] && pair.len() == size[order[smaller as usize] as usize];
     }
-    let dropped = component.iter().map(|&c| goes[rank[c as usize] as usize]).collect();
-    (dropped, goes.iter().filter(|&&g| g).count())
+    let dropped = component.iter().map(|&c| is_dropped[rank[c as usize] as usize]).collect();
+    (dropped, is_dropped.iter().filter(|&&dropped| dropped).count())
 }
 
 /// A number per position that is the same exactly for those at the same place.

@@ -14,14 +14,14 @@ pub(super) const LEAST_SHAPE: f64 = 1e-6;
 /// thirty times that height may have no area in them. Relative to the coordinates or the diagonal, whichever is less:
 /// models far from the origin keep their detail.
 const LEAST_HEIGHT_WRITTEN: f64 = 2e-6;
-/// Longest way, relative to the diagonal of the component, that a vertex is pulled along an edge.
-const LONGEST_PULL: f64 = 1e-5;
+/// Longest side that may collapse in any thin triangle, relative to the diagonal of the component.
+const MAX_COLLAPSED: f64 = 1e-5;
 
 /// What is too thin in one component.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     pub(super) least_height: f64,
-    pub(super) longest_pull: f64,
+    pub(super) max_collapsed: f64,
 }
 
 /// Twice the area over the longest side.
@@ -75,7 +75,7 @@ pub(super) fn scales(draft: &Draft) -> (Vec<u32>, Vec<Scale>) {
         // Below a few units in the last place of the coordinates a height is rounding.
         let least_height =
             (LEAST_HEIGHT * diagonal).max(16.0 * f64::EPSILON * far).max(LEAST_HEIGHT_WRITTEN * far.min(diagonal));
-        Scale { least_height, longest_pull: LONGEST_PULL * diagonal }
+        Scale { least_height, max_collapsed: MAX_COLLAPSED * diagonal }
     };
     (component, (0..n).map(scale).collect())
 }

@@ -120,7 +120,7 @@ fn near(vertices: &[u32], positions: &[DVec3], reach: f64) -> DisjointSets {
             }
             let wanted = [axis(0), axis(1), axis(2)];
             let start = cells.partition_point(|c| c.0 < wanted);
-            // A crowd within the reach of one vertex is a model without size there: no need to look at all of it.
+            // Where so many vertices lie within the reach of one the model has no size: no need to look at all of them.
             for &(_, w) in cells[start..].iter().take(64).take_while(|c| c.0 == wanted) {
                 if v < w && positions[w as usize].distance(p) <= reach {
                     cluster.join(v, w);

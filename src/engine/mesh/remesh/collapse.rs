@@ -19,7 +19,7 @@ impl Remesher<'_> {
             if self.mesh.length_squared(h) >= local * local {
                 continue;
             }
-            // Halfedges against the boundary do not exist: there the edge can be pulled one way only.
+            // Halfedges against the boundary do not exist: there the edge can collapse one way only.
             for h in [Some(h), self.mesh.twin(h)].into_iter().flatten() {
                 let (a, b) = (self.mesh.origin(h), self.mesh.target(h));
                 self.mesh.fan(a, &mut fan_a);

@@ -161,13 +161,13 @@ impl Curves {
         (self.segments.len() - 1) as u32
     }
 
-    /// Vertex `a` between segments `gone` and `kept` disappears: `kept` reaches to the other end of `gone`.
-    pub(in crate::engine::mesh) fn merge(&mut self, gone: u32, kept: u32, a: u32) {
-        let gone = self.segments[gone as usize];
-        let from = usize::from(gone.v[0] == a);
+    /// Vertex `a` between segments `removed` and `kept` disappears: `kept` reaches to the other end of `removed`.
+    pub(in crate::engine::mesh) fn merge(&mut self, removed: u32, kept: u32, a: u32) {
+        let removed = self.segments[removed as usize];
+        let from = usize::from(removed.v[0] == a);
         let kept = &mut self.segments[kept as usize];
         let side = usize::from(kept.v[1] == a);
-        (kept.v[side], kept.t[side]) = (gone.v[from], gone.t[from]);
+        (kept.v[side], kept.t[side]) = (removed.v[from], removed.t[from]);
     }
 
     /// Moves the vertex `a` between two segments to arc length `t`.

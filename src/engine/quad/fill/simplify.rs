@@ -104,11 +104,11 @@ pub(super) fn prune(graph: &mut EmbeddedGraph, unfold: bool) -> usize {
             let (a, b) = (graph.target(d) as usize, graph.target(s) as usize);
             push_beside(graph, d, &mut work);
             push_beside(graph, s, &mut work);
-            let (kept, gone) = (graph.nodes[a], graph.nodes[b]);
-            if rank(gone.anchor) > rank(kept.anchor) {
-                graph.nodes[a] = gone;
-            } else if rank(gone.anchor) == rank(kept.anchor) {
-                graph.nodes[a].position = kept.position.midpoint(gone.position);
+            let (kept, dropped) = (graph.nodes[a], graph.nodes[b]);
+            if rank(dropped.anchor) > rank(kept.anchor) {
+                graph.nodes[a] = dropped;
+            } else if rank(dropped.anchor) == rank(kept.anchor) {
+                graph.nodes[a].position = kept.position.midpoint(dropped.position);
             }
             graph.zip(d);
             removed += 1;
@@ -161,8 +161,8 @@ fn superfluous(graph: &EmbeddedGraph, d: u32, unfold: bool) -> [Option<u32>; 2] 
     let inside = !graph.outside[d as usize] && !graph.outside[next as usize];
     if graph.next(next) == d && next != d && next / 2 != d / 2 && inside {
         // Of two parallel arcs the one on a curve stays.
-        let gone = [d, next].into_iter().find(|&e| plain(e));
-        return [gone.map(|e| e / 2), None];
+        let dropped = [d, next].into_iter().find(|&e| plain(e));
+        return [dropped.map(|e| e / 2), None];
     }
     let second = graph.ccw(d);
     if graph.ccw(second) == d && second != d && is_doublet(graph, d, second, unfold) {

@@ -22,19 +22,19 @@ pub(crate) fn rotation(net: &QuadNet, a: u32, b: u32, clockwise: bool) -> Option
     Some(vec![(right, [at(0), at(1), at(2), at(3)]), (left, [at(3), at(4), at(5), at(0)])])
 }
 
-/// Shrinks the diagonal of the quad in `slot` from its corner `k`: the vertex that is free to go moves into the other.
+/// Shrinks the diagonal of the quad in `slot` from its corner `k`: the vertex that is free moves into the other and is removed.
 pub(crate) fn collapse(net: &QuadNet, slot: u32, k: usize) -> Option<Change> {
     let quad = net.quads[slot as usize];
-    let (kept, gone) = if net.is_free(quad[(k + 2) % 4]) {
+    let (kept, removed) = if net.is_free(quad[(k + 2) % 4]) {
         (quad[k], quad[(k + 2) % 4])
     } else if net.is_free(quad[k]) {
         (quad[(k + 2) % 4], quad[k])
     } else {
         return None;
     };
-    let renamed = |q: u32| net.quads[q as usize].map(|v| if v == gone { kept } else { v });
+    let renamed = |q: u32| net.quads[q as usize].map(|v| if v == removed { kept } else { v });
     let contents = |q: u32| if q == slot { DEAD } else { renamed(q) };
-    Some(net.at[gone as usize].iter().map(|&q| (q, contents(q))).collect())
+    Some(net.at[removed as usize].iter().map(|&q| (q, contents(q))).collect())
 }
 
 /// Removes `v`, which has two quads only, by making them one.

@@ -9,8 +9,8 @@ use crate::engine::quad::optimise::incidence::counted_edges;
 
 /// Points of a chain by which its curve is chosen.
 const VOTES: usize = 12;
-/// Neighbours on a chain closer than this share of the mean gap are spread out anew.
-const CROWDED: f64 = 0.02;
+/// Least spacing of neighbours on a chain, as a share of the mean gap; closer ones are spread out anew.
+const MIN_SPACING: f64 = 0.02;
 
 /// How far a vertex may slide in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,13 +124,13 @@ fn place(
     };
     if ends.is_some() {
         let all = || std::iter::once(0.0).chain(arcs.iter().copied()).chain(std::iter::once(length));
-        if all().zip(all().skip(1)).any(|(a, b)| b - a < CROWDED * gap) {
+        if all().zip(all().skip(1)).any(|(a, b)| b - a < MIN_SPACING * gap) {
             arcs = (1..=n).map(|i| gap * i as f64).collect();
         }
     } else if chain.closed && curve.is_closed() && n >= 3 {
         let steps: Vec<f64> = (0..n).map(|i| (arcs[(i + 1) % n] - arcs[i]).rem_euclid(length)).collect();
         let once = (steps.iter().sum::<f64>() / length).round() == 1.0;
-        if !once || steps.iter().any(|&s| s < CROWDED * gap) {
+        if !once || steps.iter().any(|&s| s < MIN_SPACING * gap) {
             arcs = (0..n).map(|i| curve.wrap(arcs[0] + gap * i as f64)).collect();
         }
     }

@@ -12,10 +12,10 @@ use crate::engine::quad::optimise::state::State;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
-/// How much the length of a side counts against its direction: 0 pulls quads to squares, 1 to rhombi. Without it the
+/// How much the length of a side counts against its direction: 0 favours squares, 1 rhombi. Without it the
 /// edges of most models vary more than their angles do.
 const EVENNESS: f64 = 0.3;
-/// Pull to the last position: keeps the system definite and the steps tangential.
+/// Weight of the last position: keeps the system definite and the steps tangential.
 const STAY: f64 = 0.05;
 /// The same for vertices on curves, which can follow only along one direction.
 const STAY_ON_CURVE: f64 = 0.3;

@@ -4,7 +4,7 @@ use crate::engine::mesh::remesh::edit::EditMesh;
 use crate::engine::mesh::{NONE, next, prev};
 
 impl EditMesh {
-    /// Whether pulling the origin of `h` into its target keeps a manifold with the same topology and feature chains.
+    /// Whether the collapse of `h`, its origin into its target, keeps a manifold with the same topology and feature chains.
     /// `fan_a`, `fan_b` are the fans of the two.
     pub(in crate::engine::mesh) fn may_collapse(&self, h: usize, fan_a: &[usize], fan_b: &[usize]) -> bool {
         let (a, b, c) = (self.origin(h), self.target(h), self.apex(h));
@@ -52,7 +52,7 @@ impl EditMesh {
         leaving.chain(closing.map(|h| (self.segment[h], self.origin(h)))).find(|&(r, _)| r != NONE && r != s)
     }
 
-    /// Pulls the origin of `h`, whose fan is `fan_a`, into its target. Ask [`EditMesh::may_collapse`] before.
+    /// Collapses `h`: its origin, whose fan is `fan_a`, into its target. Ask [`EditMesh::may_collapse`] before.
     pub(in crate::engine::mesh) fn collapse(&mut self, h: usize, fan_a: &[usize]) {
         let (a, b) = (self.origin(h), self.target(h));
         if let Some(s) = self.segment(h)
