@@ -77,9 +77,9 @@ impl Check {
 }
 
 /// At most this many places are kept …
-const MOST_WITNESSES: usize = 200;
+const MAX_WITNESSES: usize = 200;
 /// … and so many told to people.
-const MOST_TOLD: usize = 10;
+const MAX_TOLD: usize = 10;
 
 /// One failed check.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,7 +99,7 @@ impl Violation {
     /// The violation of `check` at these places, or nothing if there are none.
     pub(super) fn at(check: Check, places: impl IntoIterator<Item = u32>) -> Option<Self> {
         let mut places = places.into_iter();
-        let witnesses: Vec<u32> = places.by_ref().take(MOST_WITNESSES).collect();
+        let witnesses: Vec<u32> = places.by_ref().take(MAX_WITNESSES).collect();
         let count = witnesses.len() + places.count();
         (count > 0).then_some(Self { check, count, witnesses, places: Vec::new() })
     }
@@ -107,7 +107,7 @@ impl Violation {
     /// The same with the place of each.
     pub(super) fn at_places(check: Check, places: impl IntoIterator<Item = (u32, DVec3)>) -> Option<Self> {
         let mut places = places.into_iter();
-        let (witnesses, at): (Vec<u32>, Vec<DVec3>) = places.by_ref().take(MOST_WITNESSES).unzip();
+        let (witnesses, at): (Vec<u32>, Vec<DVec3>) = places.by_ref().take(MAX_WITNESSES).unzip();
         let count = witnesses.len() + places.count();
         (count > 0).then_some(Self { check, count, witnesses, places: at })
     }
@@ -115,7 +115,7 @@ impl Violation {
     /// With these places; the first are kept.
     pub(super) fn with_places(mut self, places: Vec<DVec3>) -> Self {
         self.places = places;
-        self.places.truncate(MOST_WITNESSES);
+        self.places.truncate(MAX_WITNESSES);
         self
     }
 
@@ -123,9 +123,9 @@ impl Violation {
     pub(super) fn join(&mut self, other: Self) {
         self.count += other.count;
         self.witnesses.extend(other.witnesses);
-        self.witnesses.truncate(MOST_WITNESSES);
+        self.witnesses.truncate(MAX_WITNESSES);
         self.places.extend(other.places);
-        self.places.truncate(MOST_WITNESSES);
+        self.places.truncate(MAX_WITNESSES);
     }
 
     /// The violation of `check` if two numbers differ.
@@ -139,7 +139,7 @@ impl Display for Violation {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} {}", self.count, self.check.says())?;
         if !self.witnesses.is_empty() {
-            let list: Vec<String> = self.witnesses.iter().take(MOST_TOLD).map(u32::to_string).collect();
+            let list: Vec<String> = self.witnesses.iter().take(MAX_TOLD).map(u32::to_string).collect();
             write!(f, " (at {}{})", list.join(", "), if self.count > list.len() { ", …" } else { "" })?;
         }
         Ok(())

@@ -10,11 +10,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Samples over the area of each side, besides vertices: at least this many,
-const FEWEST_SAMPLES: usize = 2_000;
+const MIN_SAMPLES: usize = 2_000;
 /// … in between this many per triangle of both sides,
 const SAMPLES_PER_FACE: usize = 20;
 /// … and at most this many.
-const MOST_SAMPLES: usize = 30_000;
+const MAX_SAMPLES: usize = 30_000;
 /// At most this many vertices of each side are samples.
 const VERTICES: usize = 100_000;
 
@@ -53,7 +53,7 @@ pub(super) fn measure(
     limit: impl Fn(u32) -> f64,
 ) -> Result<Distances, Cancelled> {
     let faces = surface.n_faces() + quads.n_faces();
-    let n = (SAMPLES_PER_FACE * faces).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
+    let n = (SAMPLES_PER_FACE * faces).clamp(MIN_SAMPLES, MAX_SAMPLES);
     let over_area = samples(quads, n, 1);
     let of_area = distances(&ctx.part(0, 4), surface_index, &over_area)?;
     let mean = of_area.iter().map(|d| d.0).sum::<f64>() / of_area.len().max(1) as f64;

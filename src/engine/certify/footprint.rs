@@ -10,7 +10,7 @@ use glam::DVec3;
 /// Extent of a cell in edges of a quad: a footprint is two edges wide, so some sixty cells make its mean.
 const CELL: f64 = 0.25;
 /// Most cells in one mean: eight times those of a flat footprint; what is left out lies furthest from the start.
-const MOST: usize = 512;
+const MAX_CELLS: usize = 512;
 /// Cells that turn by more than 120 degrees (cosine) are the two sides of a sheet that is thinner than they are.
 const SHARP: f64 = -0.5;
 /// Slots of the set of cells that were seen, a power of two.
@@ -124,7 +124,7 @@ struct Step {
 
 /// A walk in breadth, each cell once, without memory from the heap.
 struct Walk {
-    queue: [Step; MOST],
+    queue: [Step; MAX_CELLS],
     filled: usize,
     taken: usize,
     seen: [u32; SLOTS],
@@ -133,11 +133,11 @@ struct Walk {
 impl Walk {
     fn new() -> Self {
         let nowhere = Step { at: NONE, way: 0.0, from: DVec3::ZERO, normal: DVec3::ZERO };
-        Self { queue: [nowhere; MOST], filled: 0, taken: 0, seen: [NONE; SLOTS] }
+        Self { queue: [nowhere; MAX_CELLS], filled: 0, taken: 0, seen: [NONE; SLOTS] }
     }
 
     fn offer(&mut self, step: Step) {
-        if self.filled == MOST {
+        if self.filled == MAX_CELLS {
             return;
         }
         let mut slot = (step.at.wrapping_mul(0x9E37_79B1) >> 16) as usize % SLOTS;

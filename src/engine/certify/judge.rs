@@ -19,7 +19,7 @@ const SAME_PLACE: f64 = 1e-3;
 /// Quads with edges below this part of the length that the judge was made for are compared with faces, not cells.
 const SMALL: f64 = 0.5;
 /// Two quads at an edge may turn by 150 degrees (cosine), …
-const MOST_TURNED: f64 = -0.866_025_403_784_438_6;
+const MAX_TURN: f64 = -0.866_025_403_784_438_6;
 /// … or further if the surface turns there by 120 degrees (cosine), which is as much as an average can show.
 const SURFACE_TURNS: f64 = -0.5;
 
@@ -171,7 +171,7 @@ impl<'a> QuadJudge<'a> {
     /// Edges on kept features need not be asked about.
     pub fn lie_on_each_other(&self, a: &Stance, b: &Stance) -> bool {
         let turned = a.area.normalize_or_zero().dot(b.area.normalize_or_zero());
-        turned < MOST_TURNED && a.up.dot(b.up) > SURFACE_TURNS
+        turned < MAX_TURN && a.up.dot(b.up) > SURFACE_TURNS
     }
 
     /// The mean edge of the quads that the judge was made for.

@@ -16,7 +16,7 @@ const SHORE: f64 = 4.0;
 /// Curves get a sample per tenth of a mean quad edge, at most about so many.
 const SAMPLES: f64 = 200_000.0;
 /// … and each at least so many.
-const LEAST_SAMPLES: f64 = 8.0;
+const MIN_SAMPLES: f64 = 8.0;
 
 /// A place on a curve.
 pub(super) struct Sample {
@@ -85,7 +85,7 @@ pub(super) fn sample(curves: &[Curve], lines: &[Vec<DVec3>], spans: &[f64]) -> V
         let bays = if curves[curve].is_boundary { bays(points, mean_edge) } else { Vec::new() };
         let spacing = (0.1 * mean_edge).max(coarsest);
         let all = length(points);
-        let n = if spacing > 0.0 { (all / spacing).ceil().max(LEAST_SAMPLES) } else { LEAST_SAMPLES };
+        let n = if spacing > 0.0 { (all / spacing).ceil().max(MIN_SAMPLES) } else { MIN_SAMPLES };
         let reach = 0.5 * mean_edge;
         let mut walk = [Walk::default(), Walk::default(), Walk::default()];
         for i in 0..n as usize {

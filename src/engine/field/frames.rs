@@ -32,7 +32,7 @@ struct Scaled {
 }
 
 /// A scaled triangle keeps at least this share of its shape (area over squared sides), or it is scaled as a whole.
-const LEAST_SHAPE: f64 = 0.4;
+const MIN_SHAPE: f64 = 0.4;
 
 impl Frames {
     /// Frames of all faces. Faces need not have area: a face without a normal gets an arbitrary frame.
@@ -149,7 +149,7 @@ fn scaled_sides(mesh: &TriMesh, frames: &Frames, f: usize, log_size: &[f64]) -> 
     let up = (c * c - along * along).max(0.0).sqrt();
     let sides = [DVec2::new(a, 0.0), DVec2::new(along - a, up), DVec2::new(-along, -up)];
     let shape = |s: &[DVec2; 3]| s[0].perp_dot(s[1]) / s.iter().map(|e| e.length_squared()).sum::<f64>();
-    if shape(&sides) >= LEAST_SHAPE * shape(&own) {
+    if shape(&sides) >= MIN_SHAPE * shape(&own) {
         return sides;
     }
     // Thin triangles may have no such lengths, or hardly.

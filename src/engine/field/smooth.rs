@@ -44,7 +44,7 @@ const NORMALISED_SOLVES: usize = 3;
 /// energy of the maps is higher.
 const TRUSTED: f64 = 0.2;
 /// Faces nearly as anisotropic as the last trusted one are trusted too: on a cylinder all are alike.
-const LEAST_TRUSTED: f64 = 0.95;
+const MIN_TRUSTED: f64 = 0.95;
 
 /// Singularities of opposite index nearer than this many quad edges are cancelled: the grid cannot hold them apart
 /// without bending far around.
@@ -223,7 +223,7 @@ fn alignment(
     let size = |f: usize| mesh.face(f).map(|v| frames.size(v)).iter().sum::<f64>() / 3.0;
     let area: Vec<f64> = (0..n).map(|f| frames.area(mesh, f)).collect();
     let turn: Vec<f64> = (0..n).map(|f| guidance.anisotropy[f] * h * size(f)).collect();
-    let least = LEAST_TRUSTED * trusted_from(&turn, &area);
+    let least = MIN_TRUSTED * trusted_from(&turn, &area);
     let weight = (0..n)
         .map(|f| if turn[f] >= least { strength * turn[f].min(1.0).powi(2) * area[f] / (h * h) } else { 0.0 })
         .collect();

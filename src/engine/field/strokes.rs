@@ -14,7 +14,7 @@ const REACH: f64 = 0.5;
 /// … and there on faces within so many.
 const BREADTH: f64 = 0.75;
 /// Most samples of one segment: strokes far longer than the surface have nothing to say.
-const MOST_SAMPLES: f64 = 1e5;
+const MAX_SAMPLES: f64 = 1e5;
 
 /// Directions along strokes per face.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ impl StrokeGuidance {
 fn samples(strokes: &[Vec<DVec3>], edge_length: f64) -> impl Iterator<Item = (usize, DVec3, DVec3)> + '_ {
     let segments = strokes.iter().enumerate().flat_map(|(s, line)| line.windows(2).map(move |w| (s, w[0], w[1])));
     segments.flat_map(move |(s, a, b)| {
-        let n = (a.distance(b) / (SAMPLE * edge_length)).ceil().min(MOST_SAMPLES) as usize;
+        let n = (a.distance(b) / (SAMPLE * edge_length)).ceil().min(MAX_SAMPLES) as usize;
         let at = move |k: usize| (s, a.lerp(b, (k as f64 + 0.5) / n as f64), b - a);
         (0..n).map(at)
     })

@@ -11,7 +11,7 @@ use crate::engine::mesh::TriMesh;
 
 /// Least cosine between the normals of a face and of the face of the other mesh that it takes its cross from: thin
 /// walls have two sides.
-const LEAST_AGREEMENT: f64 = 0.3;
+const MIN_AGREEMENT: f64 = 0.3;
 
 /// Crosses to begin with, found on another mesh.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub fn transfer_field(from: (&TriMesh, &Frames, &CrossField), to: (&TriMesh, &Fr
     let seen = |f: usize| {
         let centre = mesh.triangle(f).iter().sum::<glam::DVec3>() / 3.0;
         let normal = mesh.normal(f);
-        let at = index.closest_where(centre, reach, |g| source.normal(g as usize).dot(normal) > LEAST_AGREEMENT)?;
+        let at = index.closest_where(centre, reach, |g| source.normal(g as usize).dot(normal) > MIN_AGREEMENT)?;
         let g = at.face as usize;
         let along = frames.coordinates(f, source_frames.vector(g, DVec2::from_angle(field.angle[g])));
         let angle = 4.0 * along.try_normalize()?.to_angle();

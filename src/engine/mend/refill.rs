@@ -16,11 +16,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Patterns with the best degrees that are looked at.
 const SHORTLIST: usize = 10;
 /// … as long as these patches have no more quads in sum, but two at least.
-const MOST_LOOKED_AT: usize = 1000;
+const MAX_LOOKED_AT: usize = 1000;
 /// The best of them that are solved to the end.
 const FINALISTS: usize = 2;
 /// Boundaries with more sides are not refilled.
-const MOST_SIDES: usize = 60;
+const MAX_SIDES: usize = 60;
 /// Cost of a vertex inside with two quads, in squared deviations of a number of quads: it is never wanted.
 const DOUBLET: i64 = 40;
 /// A corner of a quad of more than 170 degrees is as good as straight.
@@ -52,7 +52,7 @@ fn refill_piece(
     piece: &Piece,
 ) -> Result<Option<(Verdict, Patch)>, Cancelled> {
     let n = piece.word.len();
-    if !(4..=MOST_SIDES).contains(&n) || n % 2 == 1 {
+    if !(4..=MAX_SIDES).contains(&n) || n % 2 == 1 {
         return Ok(None);
     }
     let surroundings = Surroundings::new(ground, patch, piece);
@@ -63,7 +63,7 @@ fn refill_piece(
     let simple = patterns.into_iter().filter(|p| surroundings.is_simple(&piece.word, p));
     let mut ranked: Vec<(i64, Pattern)> = simple.map(|p| (surroundings.cost(patch, &piece.word, &p), p)).collect();
     ranked.sort_by_key(|r| r.0);
-    ranked.truncate(SHORTLIST.min(MOST_LOOKED_AT / patch.quads.len()).max(2));
+    ranked.truncate(SHORTLIST.min(MAX_LOOKED_AT / patch.quads.len()).max(2));
     let mut glanced: Vec<(Verdict, Patch)> = Vec::new();
     for (_, pattern) in &ranked {
         ctx.check()?;

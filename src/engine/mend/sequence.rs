@@ -20,11 +20,11 @@ use rayon::prelude::*;
 /// How often what is left grows by a ring.
 const GROWTHS: usize = 4;
 /// Discs with more quads get other positions only: so much is no place but the whole draft, and needs another map.
-const MOST_QUADS: usize = 250;
+const MAX_QUADS: usize = 250;
 
 /// All discs together, each time they grow, have at most as many quads as the draft, or as this: more would cost more
 /// than another map.
-const LEAST_WORK: usize = 500;
+const MIN_WORK: usize = 500;
 
 /// How a draft is mended.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -87,7 +87,7 @@ pub fn mend(
         let points = points(&surface.mesh, mean);
         work.points = assigned(&ctx.span(0.2, 0.3), &work.net.quads, &work.positions, &points)?;
     }
-    let mut left = all.len().max(LEAST_WORK);
+    let mut left = all.len().max(MIN_WORK);
     for round in 0..=GROWTHS {
         if bad.is_empty() {
             break;
@@ -216,7 +216,7 @@ impl Work<'_> {
                 return Ok(Some(best.1));
             }
         }
-        if own.len() <= MOST_QUADS {
+        if own.len() <= MAX_QUADS {
             if let Some(found) = turned(ctx, ground, &best.1, best.0)?
                 && take(&mut best, found)
             {

@@ -21,7 +21,7 @@ const DIRECTIONS: usize = 8;
 /// Least scaled Jacobian at which the work ends.
 const GOOD: f64 = 0.4;
 /// Quads between curves are at least this part of those around: below that the energy loses its digits.
-const LEAST_SIZE: f64 = 1e-3;
+const MIN_SIZE: f64 = 1e-3;
 /// Vertices that were spread out are drawn to the surface from this many edges, if its normal agrees, …
 const REACH: f64 = 3.0;
 /// … and those that move from so many times their way and this many edges: less than a vertex may be off at the start is
@@ -181,7 +181,7 @@ fn own_size(patch: &Patch, free: &[u32]) -> f64 {
     };
     let moving = patch.living().filter(|q| q.iter().any(|v| free.binary_search(v).is_ok()));
     let (sum, n) = moving.fold((0.0, 0.0), |(sum, n), q| (sum + area(q), n + 1.0));
-    (sum / n).sqrt().clamp(LEAST_SIZE * patch.size, 2.0 * patch.size)
+    (sum / n).sqrt().clamp(MIN_SIZE * patch.size, 2.0 * patch.size)
 }
 
 fn least_area(patch: &Patch, ups: &[DVec3], quads: &[usize], size: f64) -> f64 {

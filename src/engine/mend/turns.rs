@@ -11,7 +11,7 @@ use crate::engine::run::{Cancelled, RunContext};
 /// Changes with the least irregularity that are looked at, one after another.
 const SHORTLIST: usize = 8;
 /// … as long as these patches have no more quads in sum, but two at least.
-const MOST_LOOKED_AT: usize = 1000;
+const MAX_LOOKED_AT: usize = 1000;
 /// Changes after each other.
 const DEPTH: usize = 3;
 
@@ -66,7 +66,7 @@ fn once(
     }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut best: Option<(Verdict, Patch)> = None;
-    for (_, mut change) in ranked.into_iter().take(SHORTLIST.min(MOST_LOOKED_AT / patch.quads.len()).max(2)) {
+    for (_, mut change) in ranked.into_iter().take(SHORTLIST.min(MAX_LOOKED_AT / patch.quads.len()).max(2)) {
         ctx.check()?;
         net.apply(&mut change);
         let mut changed = patch.clone();

@@ -1,10 +1,10 @@
 //! Which joints move a vertex, and how much.
 
 /// Joints that a vertex may have.
-const MOST: usize = 4;
+const MAX_JOINTS: usize = 4;
 /// Different joints of one place that are told apart before the smallest are left out: four each of the corners of a
 /// triangle, or of the four sets that files have at most.
-const MOST_AT_ONCE: usize = 16;
+const MAX_AT_ONCE: usize = 16;
 /// Weights whose sum is this near 1 are left as they are, so that writing and reading them changes nothing.
 const NORMALISED: f64 = 4e-7;
 
@@ -13,8 +13,8 @@ const NORMALISED: f64 = 4e-7;
 /// together is not known here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Influences {
-    joints: [u16; MOST],
-    weights: [f32; MOST],
+    joints: [u16; MAX_JOINTS],
+    weights: [f32; MAX_JOINTS],
 }
 
 impl Influences {
@@ -26,11 +26,11 @@ impl Influences {
     /// The four largest of these weights, divided by their sum. Weights of the same joint are added; what is no positive
     /// finite number is none. `None` if nothing is left.
     pub fn of(pairs: impl IntoIterator<Item = (u16, f64)>) -> Option<Self> {
-        let (mut known, mut n) = ([(0u16, 0.0f64); MOST_AT_ONCE], 0);
+        let (mut known, mut n) = ([(0u16, 0.0f64); MAX_AT_ONCE], 0);
         for (joint, weight) in pairs.into_iter().filter(|(_, weight)| weight.is_finite() && *weight > 0.0) {
             match known[..n].iter_mut().find(|(other, _)| *other == joint) {
                 Some((_, sum)) => *sum += weight,
-                None if n < MOST_AT_ONCE => {
+                None if n < MAX_AT_ONCE => {
                     known[n] = (joint, weight);
                     n += 1;
                 }
@@ -44,7 +44,7 @@ impl Influences {
         }
         let known = &mut known[..n];
         known.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let largest = &known[..n.min(MOST)];
+        let largest = &known[..n.min(MAX_JOINTS)];
         let sum: f64 = largest.iter().map(|(_, weight)| weight).sum();
         if !(sum > 0.0 && sum.is_finite()) {
             return None;
@@ -70,12 +70,12 @@ impl Influences {
     }
 
     /// Joints, parallel to [`Self::weights`].
-    pub fn joints(&self) -> [u16; MOST] {
+    pub fn joints(&self) -> [u16; MAX_JOINTS] {
         self.joints
     }
 
     /// Weights, the largest first.
-    pub fn weights(&self) -> [f32; MOST] {
+    pub fn weights(&self) -> [f32; MAX_JOINTS] {
         self.weights
     }
 

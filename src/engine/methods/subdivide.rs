@@ -10,7 +10,7 @@ use crate::engine::quad::{Anchor, QuadDraft, QuadMesh};
 pub(super) type Polygon = [u32; 4];
 
 /// Sine of the flattest corner that a bent side may leave.
-const LEAST_SINE: f64 = 0.1;
+const MIN_SINE: f64 = 0.1;
 
 /// Subdivides polygons that cover `surface`, each a face or two of it. `corner_names` are the names of the surface's
 /// corners, in order. `curve_middles` are (for sorted edges on curves) places for their middles, which are taken where
@@ -98,7 +98,7 @@ fn bend(draft: &mut QuadDraft, places: &[(u32, DVec3)]) {
         for q in quads.iter() {
             let [a, b, c, d] = q.map(|v| straight[v as usize]);
             let normal = (c - a).cross(d - b).normalize_or_zero();
-            if (0..4).any(|k| sine(positions, q, k, normal) < LEAST_SINE) {
+            if (0..4).any(|k| sine(positions, q, k, normal) < MIN_SINE) {
                 for &v in q {
                     again |= positions[v as usize] != straight[v as usize];
                     positions[v as usize] = straight[v as usize];

@@ -17,7 +17,7 @@ const MIN_QUADS_OF_BOUNDARY: f64 = 12.0;
 const MIN_QUADS_OF_HANDLE: f64 = 24.0;
 
 /// At most by this factor are quads longer than asked for because small components take more than their share.
-const MOST_STRETCHED: f64 = 1.5;
+const MAX_STRETCH: f64 = 1.5;
 
 /// Fewest quads of a component.
 fn least_quads(mesh: &TriMesh) -> f64 {
@@ -28,12 +28,12 @@ fn least_quads(mesh: &TriMesh) -> f64 {
     MIN_QUADS + MIN_QUADS_OF_BOUNDARY * topology.boundaries as f64 + MIN_QUADS_OF_HANDLE * topology.genus as f64
 }
 
-/// How much longer the edges of all components must be, at most [`MOST_STRETCHED`], for their number of quads to be what
+/// How much longer the edges of all components must be, at most [`MAX_STRETCH`], for their number of quads to be what
 /// it would be if none had a least number. Per component its share and that number.
 fn stretch(quads: &[(f64, f64)]) -> f64 {
     let sum = |stretch: f64| quads.iter().map(|&(share, least)| (share / (stretch * stretch)).max(least)).sum::<f64>();
     let wanted: f64 = quads.iter().map(|q| q.0).sum();
-    let (mut low, mut high) = (1.0, MOST_STRETCHED);
+    let (mut low, mut high) = (1.0, MAX_STRETCH);
     if sum(low) <= wanted * (1.0 + 1e-9) {
         return low;
     }
@@ -152,7 +152,7 @@ mod tests {
         let taken: f64 = quads.iter().map(|&(share, least)| (share / (stretch * stretch)).max(least)).sum();
         assert!((taken - 963.0).abs() < 1e-3, "{taken}");
         assert_eq!(super::stretch(&[(900.0, 24.0), (60.0, 24.0)]), 1.0, "none takes more than its share");
-        assert_eq!(super::stretch(&[(30.0, 24.0), (1.0, 500.0)]), MOST_STRETCHED);
+        assert_eq!(super::stretch(&[(30.0, 24.0), (1.0, 500.0)]), MAX_STRETCH);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::engine::quad::{Anchor, QuadDraft, QuadMesh};
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Most segments of one side: counts beyond are a mistake of the layout's lengths.
-const MOST_SEGMENTS: f64 = 65_536.0;
+const MAX_SEGMENTS: f64 = 65_536.0;
 /// Halvings of the interval of scales in which the count is looked for.
 const HALVINGS: usize = 40;
 
@@ -156,7 +156,7 @@ impl QuadLayout {
             sums[strip].0 += length;
             sums[strip].1 += 1.0;
         }
-        let of = |&strip: &usize| (sums[strip].0 / sums[strip].1 / edge_length).round().clamp(1.0, MOST_SEGMENTS);
+        let of = |&strip: &usize| (sums[strip].0 / sums[strip].1 / edge_length).round().clamp(1.0, MAX_SEGMENTS);
         strips.iter().map(|strip| of(strip) as usize).collect()
     }
 

@@ -8,7 +8,7 @@ use crate::engine::run::stage::Stage;
 /// The whole run in units of progress.
 const WHOLE: u64 = 1 << 40;
 /// Smaller advances are not worth the atomics.
-const LEAST: u64 = WHOLE >> 14;
+const MIN_ADVANCE: u64 = WHOLE >> 14;
 /// What rounding shares to whole units comes to, at most.
 const ROUNDING: u64 = WHOLE >> 20;
 
@@ -62,7 +62,7 @@ impl Scope {
     /// At least this share of the scope is done. Where that is news, says how far the whole run is, in thousandths.
     pub(super) fn raise(&self, done: f64) -> Option<u32> {
         let to = (done.clamp(0.0, 1.0) * self.share as f64) as u64;
-        if done < 1.0 && to < self.told.load(Ordering::Acquire) + LEAST {
+        if done < 1.0 && to < self.told.load(Ordering::Acquire) + MIN_ADVANCE {
             return None;
         }
         let more = to.saturating_sub(self.told.fetch_max(to, Ordering::AcqRel));

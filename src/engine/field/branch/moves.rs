@@ -8,7 +8,7 @@ use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::prev;
 
 /// Branch points are not brought nearer to each other than this many quad edges.
-const LEAST_DISTANCE: f64 = 1.0;
+const MIN_DISTANCE: f64 = 1.0;
 /// Moves in one batch are at least this many rings apart.
 const RINGS: usize = 4;
 
@@ -161,7 +161,7 @@ impl<'a> Moves<'a> {
 
     /// Whether a branch point that comes to `to` from `from` gets too near to another one, and nearer than it was.
     fn is_too_near(&self, points: &[u32], to: u32, from: u32) -> bool {
-        let least = LEAST_DISTANCE * self.edge_length * self.frames.size(to);
+        let least = MIN_DISTANCE * self.edge_length * self.frames.size(to);
         let (to_at, from_at) = (self.mesh.position(to), self.mesh.position(from));
         points.iter().filter(|&&p| p != from && p != to).any(|&p| {
             let p = self.mesh.position(p);

@@ -88,10 +88,10 @@ const MAX_BATCH: usize = 64;
 /// Single moves that fail in a row before the search ends.
 const MAX_FAILURES: usize = 3;
 /// Most edges that a branch point is carried in one batch.
-const LONGEST_STRIDE: usize = 6;
-/// A phase ends when this many batches kept together have lowered the cost by less than [`LEAST_PROGRESS`] of it.
+const MAX_STRIDE: usize = 6;
+/// A phase ends when this many batches kept together have lowered the cost by less than [`MIN_PROGRESS`] of it.
 const WINDOW: usize = 5;
-const LEAST_PROGRESS: f64 = 0.01;
+const MIN_PROGRESS: f64 = 0.01;
 
 /// Moves branch points until the energy no longer falls or the work is done. Every batch kept lowers the energy, so a
 /// stop leaves the best state in `field`.
@@ -129,7 +129,7 @@ pub(in crate::engine::field) fn search_branch_points(
     let share = if create { MOVING_SHARE } else { 1.0 };
     let first = (share * limit as f64) as usize;
     let mut search = Search { ctx: ctx.span(0.0, share), around, field, energy, rest, done: &mut done, limit: first };
-    let start = if is_full { (MAX_BATCH, LONGEST_STRIDE) } else { (MAX_BATCH, 1) };
+    let start = if is_full { (MAX_BATCH, MAX_STRIDE) } else { (MAX_BATCH, 1) };
     let mut moves = Moves::new(mesh, &curl, around);
     search.phase(&mut moves, start)?;
     if create {
@@ -188,7 +188,7 @@ impl Search<'_> {
                 self.done.accepted += 1;
                 failures = 0;
                 batch = (2 * batch).min(MAX_BATCH);
-                stride = if cost - last < 0.4 * predicted { (stride + 1).min(LONGEST_STRIDE) } else { stride };
+                stride = if cost - last < 0.4 * predicted { (stride + 1).min(MAX_STRIDE) } else { stride };
                 derivative = curl.derivative(mesh, frames, self.field, &self.energy, turning);
                 proposed = moves.propose(self.field, &derivative);
             } else {
@@ -202,7 +202,7 @@ impl Search<'_> {
                 }
             }
             let now = history[history.len() - 1];
-            if history.len() > WINDOW && history[history.len() - 1 - WINDOW] - now < LEAST_PROGRESS * now {
+            if history.len() > WINDOW && history[history.len() - 1 - WINDOW] - now < MIN_PROGRESS * now {
                 break;
             }
         }

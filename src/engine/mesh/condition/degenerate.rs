@@ -10,7 +10,7 @@ use crate::engine::mesh::condition::editable::Editable;
 use crate::engine::mesh::condition::fans::split_fans;
 use crate::engine::mesh::condition::tally::Tally;
 use crate::engine::mesh::condition::thin::{
-    LEAST_SHAPE, Scale, height, is_thin, longest, longest_side, scales, triangle,
+    MIN_SHAPE, Scale, height, is_thin, longest, longest_side, scales, triangle,
 };
 use crate::engine::mesh::next;
 use crate::engine::mesh::prev;
@@ -67,7 +67,7 @@ fn unstick(mesh: &mut Editable, scale: &impl Fn(u32) -> Scale) -> usize {
         for &f in &stuck {
             let t = triangle(&mesh.draft, f);
             if is_thin(t, scale(f)) {
-                let step = f64::from(4 << round) * scale(f).least_height.max(LEAST_SHAPE * longest(t));
+                let step = f64::from(4 << round) * scale(f).least_height.max(MIN_SHAPE * longest(t));
                 move_off(&mut mesh.draft, f, step);
                 moves += 1;
             }

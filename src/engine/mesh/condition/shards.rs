@@ -10,7 +10,7 @@ use crate::engine::mesh::condition::thin::triangle;
 
 /// A closed component thinner than this part of the model's diagonal has no volume: eight times the rounding of single
 /// precision, in which most files are written.
-const LEAST_THICKNESS: f64 = 8.0 * f32::EPSILON as f64;
+const MIN_THICKNESS: f64 = 8.0 * f32::EPSILON as f64;
 
 /// Drops closed components whose mean thickness, twice the volume over the area, is nothing at the size of the model
 /// (`diagonal`): shards that exporters and cuts leave behind. A model that has nothing else keeps them.
@@ -27,7 +27,7 @@ pub(super) fn drop_shards(draft: &mut Draft, diagonal: f64, tally: &mut Tally) {
         area[c] += 0.5 * (q - p).cross(r - p).length();
         is_closed[c] &= draft.twin[3 * f..3 * f + 3].iter().all(|&t| t != NONE);
     }
-    let is_shard = |c: usize| is_closed[c] && 2.0 * f64::abs(volume[c]) <= LEAST_THICKNESS * diagonal * area[c];
+    let is_shard = |c: usize| is_closed[c] && 2.0 * f64::abs(volume[c]) <= MIN_THICKNESS * diagonal * area[c];
     let shards = (0..n).filter(|&c| is_shard(c)).count();
     if shards == 0 || shards == n {
         return;

@@ -7,13 +7,13 @@ use crate::engine::mesh::condition::patches::components;
 use crate::engine::mesh::condition::tally::Tally;
 
 /// Least height of a triangle relative to the diagonal of its component.
-const LEAST_HEIGHT: f64 = 1e-9;
+const MIN_HEIGHT: f64 = 1e-9;
 /// Least height of a triangle relative to its longest side.
-pub(super) const LEAST_SHAPE: f64 = 1e-6;
+pub(super) const MIN_SHAPE: f64 = 1e-6;
 /// Files of single precision hold coordinates to 6e-8 of their size: the parts of a split triangle of less than about
 /// thirty times that height may have no area in them. Relative to the coordinates or the diagonal, whichever is less:
 /// models far from the origin keep their detail.
-const LEAST_HEIGHT_WRITTEN: f64 = 2e-6;
+const MIN_HEIGHT_WRITTEN: f64 = 2e-6;
 /// Longest side that may collapse in any thin triangle, relative to the diagonal of the component.
 const MAX_COLLAPSED: f64 = 1e-5;
 
@@ -35,7 +35,7 @@ pub(super) fn longest([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 pub(super) fn is_thin(triangle: [DVec3; 3], scale: Scale) -> bool {
-    height(triangle) < scale.least_height.max(LEAST_SHAPE * longest(triangle))
+    height(triangle) < scale.least_height.max(MIN_SHAPE * longest(triangle))
 }
 
 pub(super) fn triangle(draft: &Draft, f: u32) -> [DVec3; 3] {
@@ -74,7 +74,7 @@ pub(super) fn scales(draft: &Draft) -> (Vec<u32>, Vec<Scale>) {
         let far = low[c].abs().max(high[c].abs()).max_element();
         // Below a few units in the last place of the coordinates a height is rounding.
         let least_height =
-            (LEAST_HEIGHT * diagonal).max(16.0 * f64::EPSILON * far).max(LEAST_HEIGHT_WRITTEN * far.min(diagonal));
+            (MIN_HEIGHT * diagonal).max(16.0 * f64::EPSILON * far).max(MIN_HEIGHT_WRITTEN * far.min(diagonal));
         Scale { least_height, max_collapsed: MAX_COLLAPSED * diagonal }
     };
     (component, (0..n).map(scale).collect())

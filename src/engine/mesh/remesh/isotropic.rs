@@ -60,7 +60,7 @@ impl IsotropicOptions {
 pub(in crate::engine) type LocalSize<'a> = &'a (dyn Fn(DVec3) -> f64 + Sync);
 
 /// Cosine of the angle to the original surface from which on a triangle is refused, unless it was worse before.
-const LEAST_AGREEMENT: f64 = 0.3;
+const MIN_AGREEMENT: f64 = 0.3;
 /// Triangles that agree with the surface's normals better than this are believed to lie close to it.
 const CLEAR_AGREEMENT: f64 = 0.92;
 
@@ -193,7 +193,7 @@ impl<'a> Remesher<'a> {
     /// The nearest point of the original surface that faces the same way: never the other side of a thin sheet.
     pub(super) fn project(&self, p: DVec3, normal: DVec3) -> Option<SurfacePoint> {
         let reach = 2.0 * self.options.target_edge;
-        self.original.closest_where(p, reach, |f| self.original.normal(f).dot(normal) > LEAST_AGREEMENT)
+        self.original.closest_where(p, reach, |f| self.original.normal(f).dot(normal) > MIN_AGREEMENT)
     }
 
     /// How well the triangle of these vertices, with `moved` (if it is one of them) at `p`, is shaped and agrees with
@@ -225,7 +225,7 @@ impl<'a> Remesher<'a> {
             return false;
         }
         if new.agreement < CLEAR_AGREEMENT || new.agreement == f64::INFINITY {
-            let least = if self.options.strict { LEAST_AGREEMENT } else { LEAST_AGREEMENT.min(before.agreement) };
+            let least = if self.options.strict { MIN_AGREEMENT } else { MIN_AGREEMENT.min(before.agreement) };
             if new.agreement < least {
                 return false;
             }

@@ -15,7 +15,7 @@ const BAD_PART: f64 = 0.02;
 /// Where sizes vary, a surface is remeshed at the size that is undercut by so much of its area,
 const FINER_PART: f64 = 0.2;
 /// but not below this share of the common one.
-const LEAST_EVEN: f64 = 0.6;
+const MIN_SHARE_OF_COMMON: f64 = 0.6;
 
 /// A surface for the cross field and the map: no edge longer than about `max_edge`, room at the features, and if
 /// possible the very same surface: it is only refined, unless the triangles are much too many or badly shaped; then it
@@ -72,7 +72,7 @@ pub fn graded_working_mesh(
         // Sizes of a large triangle are known at its corners alone.
         refine(ctx, surface, |f| max_edge.max(local[f as usize]), max_faces)?.surface
     } else {
-        let usual = quantile(mesh, &local, FINER_PART).clamp(LEAST_EVEN * max_edge, max_edge);
+        let usual = quantile(mesh, &local, FINER_PART).clamp(MIN_SHARE_OF_COMMON * max_edge, max_edge);
         remesh_isotropic(
             ctx,
             surface,

@@ -8,7 +8,7 @@ use crate::engine::methods::triangle_pairs::matching;
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Sine of the flattest corner that a paired quad may have.
-const LEAST_SINE: f64 = 0.25;
+const MIN_SINE: f64 = 0.25;
 
 /// Joins triangles over edges that are no features, the best pairs first and then as many as possible. Every interior
 /// vertex keeps at least three edges.
@@ -102,7 +102,7 @@ fn pair_quality(surface: &Surface, h: usize, t: usize) -> Option<f64> {
             }
         }
     }
-    (least > LEAST_SINE).then_some(least * n.dot(m))
+    (least > MIN_SINE).then_some(least * n.dot(m))
 }
 
 /// Sine of the angle from `a` to `b` seen along `normal`.

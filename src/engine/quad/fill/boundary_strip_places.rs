@@ -9,7 +9,7 @@ use crate::engine::quad::Anchor;
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Neighbours on the loop are at least this part of their mean distance apart.
-const LEAST_GAP: f64 = 0.3;
+const MIN_GAP: f64 = 0.3;
 
 /// A boundary loop, as it is seen from outside the surface: the surface lies to the right.
 #[derive(Clone, Debug)]
@@ -173,7 +173,7 @@ fn spread(wished: &[f64], fixed: &[Option<(usize, f64)>], total: f64) -> Vec<f64
     stops.push((k + n, s + total));
     for pair in stops.windows(2) {
         let [(a, low), (b, high)] = [pair[0], pair[1]];
-        let gap = LEAST_GAP * (high - low) / (b - a) as f64;
+        let gap = MIN_GAP * (high - low) / (b - a) as f64;
         for k in a..b {
             let turns = if k >= n { total } else { 0.0 };
             let least = low + (k - a) as f64 * gap;

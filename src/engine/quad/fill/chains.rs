@@ -18,7 +18,7 @@ use crate::engine::run::RunContext;
 /// How often arcs are split before giving up.
 const ROUNDS: usize = 8;
 /// Most arcs between two nodes for which the cheapest curve is looked for.
-const MOST_COMPARED: usize = 6;
+const MAX_COMPARED: usize = 6;
 
 /// Splits arcs across closed curves until no arc is a loop and no two arcs join the same nodes. All faces inside must be
 /// quads. Returns how many arcs were split, or `None` if it did not come to an end.
@@ -77,7 +77,7 @@ fn arcs_to_split(
                 break;
             }
             let mut best = None;
-            for &arc in left.iter().take(MOST_COMPARED) {
+            for &arc in left.iter().take(MAX_COMPARED) {
                 let run = run(graph, faces, arc, &is_parallel, &split);
                 let limit = best.as_ref().map_or(u32::MAX, |b: &(u32, Vec<u32>)| b.0);
                 best = search.along(&run, &split, limit).or(best);

@@ -18,7 +18,7 @@ use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
 /// A face with more sides than this is not a hole but a lost region.
-const LONGEST: u32 = 4096;
+const MAX_SIDES: u32 = 4096;
 
 /// What was done to come from a graph to quads. All zero for the graph of a map without folds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -92,8 +92,8 @@ pub(crate) fn complete(
     report.odd_faces = pair_odd_faces(ctx, &mut graph)?;
     for first in Faces::new(&graph).inside(|len| len != 4) {
         ctx.check()?;
-        let sides = graph.face(first).take(LONGEST as usize + 1).count() as u32;
-        if sides % 2 == 1 || !(4..=LONGEST).contains(&sides) {
+        let sides = graph.face(first).take(MAX_SIDES as usize + 1).count() as u32;
+        if sides % 2 == 1 || !(4..=MAX_SIDES).contains(&sides) {
             return Err(FillError::Stuck { step: "filling a hole" });
         }
         report.filled_quads += fill_face(&mut graph, first);

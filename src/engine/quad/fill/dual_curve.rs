@@ -12,7 +12,7 @@ const STEP: u32 = 4;
 const TURN: u32 = 8 * STEP;
 /// and of one more for so many quads of the surface, up to so many: where there are many, some more of them are no loss.
 const QUADS_PER_STEP: u32 = 500;
-const MOST_STEPS: u32 = 30;
+const MAX_STEPS: u32 = 30;
 /// A turn costs so many times as much where the far corner lies on a curve or has five arcs already.
 const BAD_CORNER: u32 = 3;
 
@@ -32,7 +32,7 @@ impl<'a> CurveSearch<'a> {
     pub(super) fn new(graph: &'a EmbeddedGraph, faces: &'a Faces) -> Self {
         let is_outside = |d: u32| faces.outside[faces.of[d as usize] as usize];
         let inward = (0..graph.n_darts()).filter(|&d| graph.is_alive(d) && is_outside(d ^ 1)).collect();
-        let turn = TURN + STEP * (faces.first.len() as u32 / QUADS_PER_STEP).min(MOST_STEPS);
+        let turn = TURN + STEP * (faces.first.len() as u32 / QUADS_PER_STEP).min(MAX_STEPS);
         Self { graph, faces, turn, search: PathSearch::new(graph.n_darts() as usize), inward }
     }
 

@@ -16,7 +16,7 @@ const SAMPLES: usize = 12;
 /// Places that are tried for a vertex, besides the bends of the curve.
 const PLACES: usize = 16;
 /// Bends of the curve that are tried at most.
-const MOST_BENDS: usize = 24;
+const MAX_BENDS: usize = 24;
 /// Sides get no shorter than this share of the mean gap, unless they were.
 const SHORTEST: f64 = 0.4;
 /// A vertex moves only if that takes this share of the cost.
@@ -61,7 +61,7 @@ fn fitted(state: &State<'_>, v: u32) -> Option<(Place, glam::DVec3)> {
     }
     let even = (0..=PLACES).map(|i| lo + (hi - lo) * i as f64 / PLACES as f64);
     let mut best = (now * (1.0 - WORTH), None);
-    for arc in even.chain(curve.bends_between(lo, hi, MOST_BENDS)) {
+    for arc in even.chain(curve.bends_between(lo, hi, MAX_BENDS)) {
         let cost = cost(arc);
         if cost < best.0 {
             best = (cost, Some(arc));
