@@ -49,16 +49,17 @@ pub(super) fn check(
     let mut violations: Vec<Violation> = Violation::at_places(Check::Corner, lost).into_iter().collect();
     let curves = trace(surface);
     let reach = reaches(quads, topology);
-    let segments = |only_boundary: bool| {
-        let chosen = (0..topology.edges.len()).filter(|&e| !only_boundary || topology.is_boundary_edge[e]);
+    let index = |edges: Vec<usize>, slack: f64| {
         let segment = |e: usize| Segment {
             ends: topology.edges[e].map(|v| quads.positions[v as usize]),
-            reach: reach[e] * if only_boundary { BOUNDARY_SLACK } else { 1.0 },
+            reach: reach[e] * slack,
             name: e as u32,
         };
-        SegmentIndex::new(chosen.map(segment).collect())
+        SegmentIndex::new(edges.into_iter().map(segment).collect())
     };
-    let (all, boundary) = (segments(false), segments(true));
+    let edges = 0..topology.edges.len();
+    let all = index(edges.clone().collect(), 1.0);
+    let boundary = index(edges.filter(|&e| topology.is_boundary_edge[e]).collect(), BOUNDARY_SLACK);
     let mean_edge = mean(&reach) / TOLERANCE;
     let spans = curves.iter().map(|c| {
         let index = if c.is_boundary { &boundary } else { &all };

@@ -33,6 +33,15 @@ pub(super) struct Ball {
     pub(super) radius: f64,
 }
 
+/// What the walk that takes a mean goes over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Steps {
+    /// The cells.
+    Cells,
+    /// Single faces, for quads much smaller than the cells are made for.
+    Faces,
+}
+
 impl Cells {
     /// Joins the faces of a surface to cells for quads with edges of this length. `barrier`: per halfedge, whether a walk
     /// stops there. O(F log F).
@@ -53,23 +62,25 @@ impl Cells {
         Self { cells, area, ball }
     }
 
-    /// The mean normal over what a walk from a face reaches within a ball, and on no longer ways than its radius: over
-    /// cells, or over faces where the ball is that of a quad much smaller than the cells are made for. Zero only if all of
-    /// it has no area.
-    pub(super) fn mean(&self, surface: &Surface, barrier: &[bool], face: u32, ball: Ball, fine: bool) -> DVec3 {
+    /// The mean normal over what a walk from a face reaches within a ball, and on no longer ways than its radius. Zero only
+    /// if all of it has no area.
+    pub(super) fn mean(&self, surface: &Surface, barrier: &[bool], face: u32, ball: Ball, steps: Steps) -> DVec3 {
         let mesh = &surface.mesh;
         let mut walk = Walk::new();
         let mut sum = DVec3::ZERO;
         walk.offer(Step {
-            at: if fine { face } else { self.cells.of(face) },
+            at: match steps {
+                Steps::Faces => face,
+                Steps::Cells => self.cells.of(face),
+            },
             way: 0.0,
             from: ball.centre,
             normal: DVec3::ZERO,
         });
         while let Some(step) = walk.next() {
-            let single = match fine {
-                true => Some(step.at),
-                false => Some(self.cells.faces(step.at)).filter(|faces| faces.len() == 1).map(|faces| faces[0]),
+            let single = match steps {
+                Steps::Faces => Some(step.at),
+                Steps::Cells => Some(self.cells.faces(step.at)).filter(|faces| faces.len() == 1).map(|faces| faces[0]),
             };
             let (area, place, slack) = match single {
                 None => {
@@ -89,11 +100,12 @@ impl Cells {
             }
             sum += area;
             let mut offer = |at: u32| walk.offer(Step { at, way, from: place, normal });
-            if fine {
-                let f = 3 * step.at as usize;
-                (f..f + 3).filter(|&h| !barrier[h]).filter_map(|h| mesh.twin(h)).for_each(|t| offer(t as u32 / 3));
-            } else {
-                self.cells.neighbours(step.at).iter().for_each(|&cell| offer(cell));
+            match steps {
+                Steps::Faces => {
+                    let f = 3 * step.at as usize;
+                    (f..f + 3).filter(|&h| !barrier[h]).filter_map(|h| mesh.twin(h)).for_each(|t| offer(t as u32 / 3));
+                }
+                Steps::Cells => self.cells.neighbours(step.at).iter().for_each(|&cell| offer(cell)),
             }
         }
         sum.normalize_or_zero()

@@ -1,6 +1,6 @@
 //! Whether one quad stands on the surface as it should: the same predicate for the certificate and for whoever mends.
 
-use crate::engine::certify::footprint::{Ball, Cells};
+use crate::engine::certify::footprint::{Ball, Cells, Steps};
 use crate::engine::certify::shape::{area_vector, scaled_jacobian};
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePoint};
 use glam::DVec3;
@@ -105,7 +105,8 @@ impl<'a> QuadJudge<'a> {
         let distance = feet.iter().map(|f| f.distance).fold(foot.distance, f64::max);
         let up = self.up_beneath(own, &foot, feet, distance, edge).unwrap_or_else(|| {
             let start = self.sheet(own, &foot, feet, edge);
-            self.cells.mean(self.surface, &self.barrier, start, ball, edge < SMALL * self.scale)
+            let steps = if edge < SMALL * self.scale { Steps::Faces } else { Steps::Cells };
+            self.cells.mean(self.surface, &self.barrier, start, ball, steps)
         });
         let jacobian = scaled_jacobian(*corners);
         let diagonal = corners[0].distance_squared(corners[2]).max(corners[1].distance_squared(corners[3]));

@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use crate::engine::mesh::TriangleSoup;
-use crate::engine::mesh::condition::tests::{add_box, check, count, exploded, good, merged, run, strip, unit_box};
+use crate::engine::mesh::condition::tests::{
+    Ends, Sides, add_box, check, count, exploded, good, merged, run, strip, unit_box,
+};
 use crate::engine::mesh::condition::{ConditionError, ConditionOptions, condition};
 use crate::engine::run::{Blame, Fault, RunContext};
 
@@ -61,7 +63,9 @@ fn a_fin_on_a_sheet_is_cut_off() {
 
 #[test]
 fn one_sided_surfaces_are_refused_or_cut() {
-    for (soup, euler) in [(strip(20, 3, true, true), 0), (strip(20, 8, true, false), 0)] {
+    for (soup, euler) in
+        [(strip(20, 3, Ends::Mirrored, Sides::Open), 0), (strip(20, 8, Ends::Mirrored, Sides::Closed), 0)]
+    {
         let error = run(&soup).unwrap_err();
         assert!(matches!(error, ConditionError::NonOrientable { component: 0, .. }));
         assert_eq!(error.fault(), Fault::Input);
@@ -92,7 +96,7 @@ fn faces_that_are_there_twice_are_kept_once() {
 
 #[test]
 fn a_sheet_with_two_sides_becomes_one_sheet() {
-    let annulus = strip(12, 2, false, true);
+    let annulus = strip(12, 2, Ends::Straight, Sides::Open);
     let mut soup = annulus.clone();
     for polygon in annulus.polygons() {
         let mut back = polygon.to_vec();

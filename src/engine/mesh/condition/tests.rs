@@ -97,9 +97,24 @@ pub(super) fn merged(soup: &TriangleSoup) -> TriangleSoup {
     out
 }
 
-/// An n × m grid of quads whose ends meet: a torus, or with `mirrored` ends a Klein bottle; `open` across, an annulus
-/// or a Möbius strip.
-pub(super) fn strip(n: u32, m: u32, mirrored: bool, open: bool) -> TriangleSoup {
+/// How the ends of a strip meet.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Ends {
+    Straight,
+    Mirrored,
+}
+
+/// Whether the sides of a strip meet.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Sides {
+    Open,
+    Closed,
+}
+
+/// An n × m grid of quads whose ends meet: with closed sides a torus or a Klein bottle, with open ones an annulus or a
+/// Möbius strip.
+pub(super) fn strip(n: u32, m: u32, ends: Ends, sides: Sides) -> TriangleSoup {
+    let (mirrored, open) = (ends == Ends::Mirrored, sides == Sides::Open);
     let rows = if open { m + 1 } else { m };
     let mut soup = TriangleSoup::default();
     for i in 0..n {
@@ -141,7 +156,7 @@ fn a_cube_of_quads_is_a_sphere_without_repairs() {
 
 #[test]
 fn clean_input_comes_back_in_its_order() {
-    let soup = good(&strip(12, 8, false, false)).mesh;
+    let soup = good(&strip(12, 8, Ends::Straight, Sides::Closed)).mesh;
     let again = TriangleSoup::from_triangles(soup.positions().to_vec(), soup.faces());
     let c = good(&again);
     assert_eq!((c.mesh.positions(), c.mesh.faces()), (soup.positions(), soup.faces()));
@@ -151,7 +166,7 @@ fn clean_input_comes_back_in_its_order() {
 
 #[test]
 fn results_do_not_depend_on_units() {
-    let mut soup = exploded(&strip(9, 5, false, true));
+    let mut soup = exploded(&strip(9, 5, Ends::Straight, Sides::Open));
     soup.positions.iter_mut().enumerate().for_each(|(i, p)| p.x += 1e-8 * (i % 7) as f64);
     let c = good(&soup);
     assert!(count(&c, "vertices_welded_nearly") > 0);

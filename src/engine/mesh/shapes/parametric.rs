@@ -4,9 +4,17 @@ use crate::engine::mesh::shapes::patches::PatchComplex;
 use glam::{DVec3, dvec3};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-/// The six sides of the cube [-1, 1]³ through a map of space. Sides are parametrised by equal angles, so that a
-/// projection to the sphere comes out nearly uniform.
-fn cube_net(equal_angles: bool, map: impl Fn(DVec3) -> DVec3 + Send + Sync + Copy + 'static) -> PatchComplex {
+/// How the sides of a cube are divided.
+#[derive(Clone, Copy)]
+enum Division {
+    /// By equal lengths.
+    Lengths,
+    /// By equal angles seen from the centre, so that a projection to the sphere comes out nearly uniform.
+    Angles,
+}
+
+/// The six sides of the cube [-1, 1]³ through a map of space.
+fn cube_net(division: Division, map: impl Fn(DVec3) -> DVec3 + Send + Sync + Copy + 'static) -> PatchComplex {
     let frames = [
         (DVec3::X, DVec3::Y, DVec3::Z),
         (DVec3::Y, DVec3::Z, DVec3::X),
@@ -15,7 +23,10 @@ fn cube_net(equal_angles: bool, map: impl Fn(DVec3) -> DVec3 + Send + Sync + Cop
         (DVec3::NEG_Y, DVec3::X, DVec3::Z),
         (DVec3::NEG_Z, DVec3::Y, DVec3::X),
     ];
-    let warp = move |s: f64| if equal_angles { ((2.0 * s - 1.0) * FRAC_PI_4).tan() } else { 2.0 * s - 1.0 };
+    let warp = move |s: f64| match division {
+        Division::Lengths => 2.0 * s - 1.0,
+        Division::Angles => ((2.0 * s - 1.0) * FRAC_PI_4).tan(),
+    };
     let mut net = PatchComplex::default();
     for (n, u, v) in frames {
         net.add(move |s, t| map(n + u * warp(s) + v * warp(t)));
@@ -25,17 +36,17 @@ fn cube_net(equal_angles: bool, map: impl Fn(DVec3) -> DVec3 + Send + Sync + Cop
 
 /// The unit cube around the origin; 12 triangles at the least.
 pub(super) fn cube() -> PatchComplex {
-    cube_net(false, |p| 0.5 * p)
+    cube_net(Division::Lengths, |p| 0.5 * p)
 }
 
 /// The unit sphere.
 pub(super) fn sphere() -> PatchComplex {
-    cube_net(true, DVec3::normalize)
+    cube_net(Division::Angles, DVec3::normalize)
 }
 
 /// An ellipsoid with three different axes.
 pub(super) fn ellipsoid() -> PatchComplex {
-    cube_net(true, |p| p.normalize() * dvec3(1.0, 0.7, 0.45))
+    cube_net(Division::Angles, |p| p.normalize() * dvec3(1.0, 0.7, 0.45))
 }
 
 /// A box with quarter-round edges: the points at distance r from a smaller box.
@@ -74,7 +85,7 @@ pub(super) fn rounded_box() -> PatchComplex {
 
 /// A bumpy star-shaped ball: smooth noise of three octaves on the radius.
 pub(super) fn noisy_blob() -> PatchComplex {
-    cube_net(true, |p| {
+    cube_net(Division::Angles, |p| {
         let d = p.normalize();
         let mut radius = 1.0;
         for (k, amplitude) in [(1.7, 0.16), (2.9, 0.05), (5.3, 0.012)] {

@@ -44,6 +44,15 @@ pub(super) fn orient(a: I64Vec2, b: I64Vec2, c: I64Vec2) -> i128 {
     i128::from(p.x) * i128::from(q.y) - i128::from(p.y) * i128::from(q.x)
 }
 
+/// Where the boundary of the surface lies in the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BoundaryInGrid {
+    /// On grid lines.
+    OnLines,
+    /// Anywhere: grid lines may leave through it.
+    Anywhere,
+}
+
 /// The map in fixed point. All vertices that need not lie on grid lines are off them by at least one unit, so grid
 /// lines meet vertices only where features, the boundary or singularities are; edges lie on grid lines likewise.
 pub(super) struct ExactMap<'a> {
@@ -67,12 +76,12 @@ pub(super) struct ExactMap<'a> {
 }
 
 impl<'a> ExactMap<'a> {
-    /// Fixed point values of `map`. With `is_open` grid lines may leave through the boundary.
+    /// Fixed point values of `map`.
     pub(super) fn new(
         mesh: &'a TriMesh,
         features: &Features,
         map: &GridMap,
-        is_open: bool,
+        boundary: BoundaryInGrid,
     ) -> Result<Self, ExtractError> {
         let n = mesh.n_halfedges();
         if map.uv.len() != n || map.rotation.len() != n || map.translation.len() != n || map.iso.len() != n {
@@ -111,11 +120,11 @@ impl<'a> ExactMap<'a> {
         };
         exact.measure_seams(map)?;
         for v in 0..mesh.n_vertices() as u32 {
-            let is_end = is_open && mesh.is_boundary_vertex(v);
+            let is_end = boundary == BoundaryInGrid::Anywhere && mesh.is_boundary_vertex(v);
             exact.place(v, features.is_corner(v) && !is_end, is_end, map)?;
         }
         exact.separate_degenerate_faces();
-        if !is_open {
+        if boundary == BoundaryInGrid::OnLines {
             exact.check_boundary()?;
         }
         Ok(exact)

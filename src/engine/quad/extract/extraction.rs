@@ -4,7 +4,7 @@ use crate::engine::mesh::Features;
 use crate::engine::mesh::TriMesh;
 use crate::engine::parameterize::GridMap;
 use crate::engine::quad::QuadDraft;
-use crate::engine::quad::extract::exact_map::ExactMap;
+use crate::engine::quad::extract::exact_map::{BoundaryInGrid, ExactMap};
 use crate::engine::quad::extract::grid_graph::features_off_grid;
 use crate::engine::quad::extract::grid_graph::{PortOut, grid_graph};
 use crate::engine::quad::extract::nodes::Nodes;
@@ -132,7 +132,7 @@ pub fn extract_quads(
     features: &Features,
     map: &GridMap,
 ) -> Result<Extraction, ExtractError> {
-    extract(ctx, mesh, features, map, false)
+    extract(ctx, mesh, features, map, BoundaryInGrid::OnLines)
 }
 
 /// As [`extract_quads`] for a map whose boundary lies anywhere in the grid: the cells that lie inside as a whole, and a
@@ -146,7 +146,7 @@ pub fn extract_inner_quads(
     features: &Features,
     map: &GridMap,
 ) -> Result<Extraction, ExtractError> {
-    extract(ctx, mesh, features, map, true)
+    extract(ctx, mesh, features, map, BoundaryInGrid::Anywhere)
 }
 
 fn extract(
@@ -154,9 +154,9 @@ fn extract(
     mesh: &TriMesh,
     features: &Features,
     map: &GridMap,
-    is_open: bool,
+    boundary: BoundaryInGrid,
 ) -> Result<Extraction, ExtractError> {
-    let exact = ExactMap::new(mesh, features, map, is_open)?;
+    let exact = ExactMap::new(mesh, features, map, boundary)?;
     let orientations = (0..mesh.n_faces()).map(|f| exact.orientation(f).signum());
     let (mut flipped_triangles, mut degenerate_triangles) = (0, 0);
     for sign in orientations {
@@ -165,7 +165,7 @@ fn extract(
     }
     let nodes = Nodes::new(&exact);
     let (mut graph, out) = grid_graph(ctx, &exact, features, &nodes)?;
-    if is_open {
+    if boundary == BoundaryInGrid::Anywhere {
         let (exits, loops) = exits(mesh, features, &out);
         add_boundary_strips(ctx, &mut graph, &exits, &loops)?;
     }

@@ -11,6 +11,7 @@ use crate::engine::quad::fill::faces::components;
 use crate::engine::quad::fill::parity::pair_odd_faces;
 use crate::engine::quad::fill::parity::widen;
 use crate::engine::quad::fill::polygons::fill_face;
+use crate::engine::quad::fill::simplify::Folds;
 use crate::engine::quad::fill::simplify::contract_collapsed;
 use crate::engine::quad::fill::simplify::drop_collapsed;
 use crate::engine::quad::fill::simplify::prune;
@@ -83,9 +84,9 @@ pub(crate) fn complete(
     expected: &Topology,
 ) -> Result<(QuadDraft, FillReport), FillError> {
     let mut report = FillReport { joined_points: contract_collapsed(&mut graph), ..FillReport::default() };
-    report.pruned_arcs = prune(&mut graph, true);
+    report.pruned_arcs = prune(&mut graph, Folds::Undo);
     report.pruned_arcs += drop_collapsed(&mut graph);
-    report.pruned_arcs += prune(&mut graph, true);
+    report.pruned_arcs += prune(&mut graph, Folds::Undo);
     ctx.check()?;
     report.bubbles = keep_main_piece(&mut graph, expected)?;
     report.holes = widen(&mut graph);
@@ -99,7 +100,7 @@ pub(crate) fn complete(
         report.filled_quads += fill_face(&mut graph, first);
         report.holes += 1;
     }
-    report.pruned_arcs += prune(&mut graph, false);
+    report.pruned_arcs += prune(&mut graph, Folds::Keep);
     report.split_arcs = make_simple(ctx, &mut graph)?.ok_or(FillError::Stuck { step: "separating parallel edges" })?;
     check(&graph, expected)?;
     Ok((draft(&graph), report))

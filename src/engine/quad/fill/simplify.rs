@@ -9,6 +9,15 @@ use crate::engine::quad::fill::faces::Faces;
 /// Faces longer than this are not looked at when a node with two arcs might be removed.
 const LONG_FACE: usize = 64;
 
+/// What becomes of remnants of folds when a graph is pruned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Folds {
+    /// They are undone.
+    Undo,
+    /// They are left.
+    Keep,
+}
+
 /// How much a node may not be moved: surface, curve, corner.
 fn rank(anchor: Anchor) -> u8 {
     match anchor {
@@ -85,21 +94,20 @@ pub(super) fn drop_collapsed(graph: &mut EmbeddedGraph) -> usize {
 }
 
 /// Removes, until there are none: faces of one or two arcs, nodes with one arc, and doublets (nodes with two arcs
-/// between two different faces). Arcs on curves stay. With `unfold` also undoes what is left of folds. Returns how many
-/// arcs went.
-pub(super) fn prune(graph: &mut EmbeddedGraph, unfold: bool) -> usize {
+/// between two different faces). Arcs on curves stay. Returns how many arcs were removed.
+pub(super) fn prune(graph: &mut EmbeddedGraph, folds: Folds) -> usize {
     let mut work: Vec<u32> = (0..graph.n_darts()).rev().collect();
     let mut removed = 0;
     while let Some(d) = work.pop() {
         if !graph.is_alive(d) {
             continue;
         }
-        for arc in superfluous(graph, d, unfold).into_iter().flatten() {
+        for arc in superfluous(graph, d, folds).into_iter().flatten() {
             push_beside(graph, 2 * arc, &mut work);
             graph.remove(arc);
             removed += 1;
         }
-        if unfold && graph.is_alive(d) && is_crease(graph, d) {
+        if folds == Folds::Undo && graph.is_alive(d) && is_crease(graph, d) {
             let s = graph.ccw(d);
             let (a, b) = (graph.target(d) as usize, graph.target(s) as usize);
             push_beside(graph, d, &mut work);
@@ -151,7 +159,7 @@ fn is_fold(graph: &EmbeddedGraph, d: u32) -> bool {
 }
 
 /// The arcs at `d` that bound nothing, if there are such.
-fn superfluous(graph: &EmbeddedGraph, d: u32, unfold: bool) -> [Option<u32>; 2] {
+fn superfluous(graph: &EmbeddedGraph, d: u32, folds: Folds) -> [Option<u32>; 2] {
     let plain = |d: u32| graph.tag_of(d) == Tag::Plain;
     let next = graph.next(d);
     let one_sided = next == d || graph.ccw(d) == d;
@@ -165,17 +173,17 @@ fn superfluous(graph: &EmbeddedGraph, d: u32, unfold: bool) -> [Option<u32>; 2] 
         return [dropped.map(|e| e / 2), None];
     }
     let second = graph.ccw(d);
-    if graph.ccw(second) == d && second != d && is_doublet(graph, d, second, unfold) {
+    if graph.ccw(second) == d && second != d && is_doublet(graph, d, second, folds) {
         return [Some(d / 2), Some(second / 2)];
     }
-    if unfold && plain(d) && is_fold(graph, d) {
+    if folds == Folds::Undo && plain(d) && is_fold(graph, d) {
         return [Some(d / 2), None];
     }
     [None, None]
 }
 
 /// Whether the node with only the darts `d` and `second` may go with both arcs: its two faces become one.
-fn is_doublet(graph: &EmbeddedGraph, d: u32, second: u32, unfold: bool) -> bool {
+fn is_doublet(graph: &EmbeddedGraph, d: u32, second: u32, folds: Folds) -> bool {
     let anchored = graph.nodes[graph.origin(d) as usize].anchor != Anchor::Surface;
     if anchored || graph.tag_of(d) != Tag::Plain || graph.tag_of(second) != Tag::Plain {
         return false;
@@ -184,7 +192,7 @@ fn is_doublet(graph: &EmbeddedGraph, d: u32, second: u32, unfold: bool) -> bool 
         return false;
     }
     // The ends lose an arc each and must not become doublets in their turn, or a small closed mesh would vanish.
-    let folded = unfold && graph.turn[d as usize] + graph.turn[second as usize] == 0;
+    let folded = folds == Folds::Undo && graph.turn[d as usize] + graph.turn[second as usize] == 0;
     if !folded && [d ^ 1, second ^ 1].into_iter().any(|e| graph.degree(e, 4) < 4) {
         return false;
     }

@@ -5,6 +5,7 @@ use crate::engine::mesh::SurfaceIndex;
 use crate::engine::quad::QuadDraft;
 use crate::engine::quad::improve::net::Change;
 use crate::engine::quad::improve::net::QuadNet;
+use crate::engine::quad::improve::operations::Sense;
 use crate::engine::quad::improve::operations::doublet;
 use crate::engine::quad::improve::operations::rotation;
 use crate::engine::quad::improve::operations::valence_shifts;
@@ -99,6 +100,7 @@ fn turns(net: &QuadNet, v: u32) -> Vec<Change> {
         let at = |i: usize| quad[(k + i) % 4];
         [[at(1), at(2)], [at(2), at(3)]]
     });
-    let turned = opposite.flat_map(|[a, b]| [false, true].map(|clockwise| rotation(net, a, b, clockwise)));
+    let turned =
+        opposite.flat_map(|[a, b]| [Sense::Counterclockwise, Sense::Clockwise].map(|sense| rotation(net, a, b, sense)));
     turned.flatten().filter(|change| valence_shifts(net, change).contains(&(v, 1))).collect()
 }

@@ -5,8 +5,17 @@ use crate::engine::quad::improve::net::Change;
 use crate::engine::quad::improve::net::DEAD;
 use crate::engine::quad::improve::net::QuadNet;
 
-/// Turns the edge `a`–`b` in the hexagon of its two quads, counter-clockwise or clockwise.
-pub(crate) fn rotation(net: &QuadNet, a: u32, b: u32, clockwise: bool) -> Option<Change> {
+/// Which way an edge is turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sense {
+    /// Against the clock, seen from outside.
+    Counterclockwise,
+    /// With the clock, seen from outside.
+    Clockwise,
+}
+
+/// Turns the edge `a`–`b` in the hexagon of its two quads.
+pub(crate) fn rotation(net: &QuadNet, a: u32, b: u32, sense: Sense) -> Option<Change> {
     if net.is_feature(a, b) {
         return None;
     }
@@ -17,7 +26,10 @@ pub(crate) fn rotation(net: &QuadNet, a: u32, b: u32, clockwise: bool) -> Option
     let of = |slot: u32, v: u32, k: usize| net.quads[slot as usize][(net.corner(slot, v) + k) % 4];
     // The hexagon counter-clockwise: a, two of the right quad, b, two of the left quad.
     let ring = [a, of(right, a, 1), of(right, a, 2), b, of(left, b, 1), of(left, b, 2)];
-    let s = if clockwise { 5 } else { 1 };
+    let s = match sense {
+        Sense::Counterclockwise => 1,
+        Sense::Clockwise => 5,
+    };
     let at = |k: usize| ring[(s + k) % 6];
     Some(vec![(right, [at(0), at(1), at(2), at(3)]), (left, [at(3), at(4), at(5), at(0)])])
 }
@@ -65,7 +77,8 @@ pub(crate) fn candidates(net: &QuadNet, vertices: &[u32]) -> Vec<Change> {
     edges.sort_unstable();
     edges.dedup();
     for [a, b] in edges {
-        changes.extend([rotation(net, a, b, false), rotation(net, a, b, true)].into_iter().flatten());
+        let turned = [Sense::Counterclockwise, Sense::Clockwise].map(|sense| rotation(net, a, b, sense));
+        changes.extend(turned.into_iter().flatten());
     }
     changes
 }
