@@ -36,6 +36,16 @@ pub(super) struct Curves {
     pub(super) is_corner: Vec<bool>,
 }
 
+/// What was found for a sample of a curve.
+struct JudgedSample {
+    /// The quad edges that may stand for it.
+    candidates: Vec<u32>,
+    /// Its distance from the nearest quad edge.
+    distance: f64,
+    /// Whether no quad edge need stand for it.
+    is_optional: bool,
+}
+
 /// Checks corners, feature curves and boundary pieces.
 pub(super) fn check(
     ctx: &RunContext,
@@ -68,7 +78,7 @@ pub(super) fn check(
     let spans: Vec<f64> = spans.collect();
     let whole: Vec<Vec<DVec3>> = curves.iter().map(|c| c.points(surface)).collect();
     let samples = sample(&curves, &whole, &spans);
-    let judged: Vec<(Vec<u32>, f64)> = samples
+    let judged: Vec<JudgedSample> = samples
         .par_iter()
         .enumerate()
         .map(|(i, s)| {
@@ -82,7 +92,7 @@ pub(super) fn check(
                     candidates.push(segment.name);
                 }
             });
-            Ok((candidates, all.distance(s.position)))
+            Ok(JudgedSample { candidates, distance: all.distance(s.position), is_optional: s.is_in_bay })
         })
         .collect::<Result<_, Cancelled>>()?;
     let (mut torn, mut places, mut start) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()], 0);
@@ -91,11 +101,9 @@ pub(super) fn check(
         let ends = [curve.vertices[0], curve.vertices[curve.vertices.len() - 1]];
         let ends = ends.map(|v| at_corner.binary_search_by_key(&v, |a| a.0).ok().map(|i| at_corner[i].1.as_slice()));
         let links = links(surface, curve, if curve.is_boundary { &boundary } else { &all });
-        let near = |i: usize| (judged[i].0.as_slice(), samples[i].is_in_bay);
-        let near: Vec<(&[u32], bool)> = (start..end).map(near).collect();
-        if !is_chain(&near, &links, &topology.edges, ends) {
+        if !is_chain(&judged[start..end], &links, &topology.edges, ends) {
             torn[usize::from(curve.is_boundary)].push(curve.vertices[curve.vertices.len() / 2]);
-            let is_lost = |i: usize| judged[i].0.is_empty() && !samples[i].is_in_bay;
+            let is_lost = |i: usize| judged[i].candidates.is_empty() && !judged[i].is_optional;
             let gaps = (start..end).filter(|&i| is_lost(i) && (i == start || !is_lost(i - 1)));
             places[usize::from(curve.is_boundary)].extend(gaps.map(|i| samples[i].position));
         }
@@ -105,7 +113,7 @@ pub(super) fn check(
     let [at_features, at_boundary] = places;
     violations.extend(Violation::at(Check::FeatureCurve, torn_features).map(|v| v.with_places(at_features)));
     violations.extend(Violation::at(Check::BoundaryCurve, torn_boundary).map(|v| v.with_places(at_boundary)));
-    Ok(Curves { violations, distances: judged.iter().map(|j| j.1).collect(), is_corner })
+    Ok(Curves { violations, distances: judged.iter().map(|j| j.distance).collect(), is_corner })
 }
 
 /// How near a vertex at `p` must be to a corner to stand for it, in model units; `diagonal` is that of the model.
@@ -147,10 +155,10 @@ fn links(surface: &Surface, curve: &Curve, index: &SegmentIndex) -> Vec<u32> {
     links
 }
 
-/// Whether one connected set of the candidate edges and links covers the samples, but for those in bays, and reaches the
+/// Whether one connected set of the candidate edges and links covers the samples, but for optional ones, and reaches the
 /// ends, where those are corners.
-fn is_chain(judged: &[(&[u32], bool)], links: &[u32], edges: &[[u32; 2]], ends: [Option<&[u32]>; 2]) -> bool {
-    let mut chosen: Vec<u32> = judged.iter().flat_map(|(c, _)| *c).chain(links).copied().collect();
+fn is_chain(judged: &[JudgedSample], links: &[u32], edges: &[[u32; 2]], ends: [Option<&[u32]>; 2]) -> bool {
+    let mut chosen: Vec<u32> = judged.iter().flat_map(|j| &j.candidates).chain(links).copied().collect();
     chosen.sort_unstable();
     chosen.dedup();
     let mut vertices: Vec<u32> = chosen.iter().flat_map(|&e| edges[e as usize]).collect();
@@ -164,7 +172,7 @@ fn is_chain(judged: &[(&[u32], bool)], links: &[u32], edges: &[[u32; 2]], ends: 
     }
     let chain = chains.names();
     let mut covered = vec![0usize; vertices.len()];
-    for (candidates, _) in judged.iter().filter(|j| !j.1) {
+    for JudgedSample { candidates, .. } in judged.iter().filter(|j| !j.is_optional) {
         let mut roots: Vec<usize> =
             candidates.iter().filter_map(|&e| local(edges[e as usize][0])).map(|i| chain[i] as usize).collect();
         roots.sort_unstable();
@@ -173,10 +181,10 @@ fn is_chain(judged: &[(&[u32], bool)], links: &[u32], edges: &[[u32; 2]], ends: 
             covered[r] += 1;
         }
     }
-    let enough = COVERED * judged.iter().filter(|j| !j.1).count() as f64;
+    let enough = COVERED * judged.iter().filter(|j| !j.is_optional).count() as f64;
     let longest_gap = |r: usize| {
         let (mut longest, mut gap) = (0, 0);
-        for (candidates, _) in judged.iter().filter(|j| !j.1) {
+        for JudgedSample { candidates, .. } in judged.iter().filter(|j| !j.is_optional) {
             let is_covered =
                 candidates.iter().filter_map(|&e| local(edges[e as usize][0])).any(|i| chain[i] as usize == r);
             gap = if is_covered { 0 } else { gap + 1 };

@@ -195,7 +195,7 @@ impl Patch {
         let p = self.positions[v as usize];
         let near = [a, b, p, a.midpoint(b)].into_iter().filter_map(|q| ground.nearest_curve(q)).map(|found| found.0);
         let cost = |c: u32| {
-            let distance = |q: DVec3| ground.curves[c as usize].nearest(q).0.sqrt();
+            let distance = |q: DVec3| ground.curves[c as usize].nearest(q).distance_squared.sqrt();
             10.0 * (distance(a) + distance(b)) + distance(p) + distance(a.midpoint(b))
         };
         near.min_by(|&c, &d| cost(c).total_cmp(&cost(d)).then(c.cmp(&d)))
@@ -205,7 +205,7 @@ impl Patch {
     pub(super) fn room<'a>(&self, ground: &'a Ground<'_>, v: u32) -> Option<Room<'a>> {
         let Freedom::Curve { curve, ends } = self.freedom[v as usize] else { return None };
         let curve = &ground.curves[curve as usize];
-        let arc = |v: u32| curve.nearest(self.positions[v as usize]).1;
+        let arc = |v: u32| curve.nearest(self.positions[v as usize]).arc;
         let ([mut from, mut to], here, length) = (ends.map(arc), arc(v), curve.length());
         if curve.is_closed() {
             let forward = (to - from).rem_euclid(length);

@@ -14,37 +14,54 @@ pub(super) struct Piece {
     pub(super) word: Vec<u32>,
 }
 
-/// Sides by (from, to): the quad and the corner where they begin.
+/// A side of a quad.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    quad: usize,
+    /// The corner where it begins.
+    corner: usize,
+}
+
+impl Side {
+    fn all_of(quad: usize) -> impl Iterator<Item = Self> {
+        (0..4).map(move |corner| Self { quad, corner })
+    }
+}
+
+/// Sides by the vertices from and to which they run.
 struct Sides<'a> {
     patch: &'a Patch,
-    of: BTreeMap<(u32, u32), (usize, usize)>,
+    of: BTreeMap<(u32, u32), Side>,
 }
 
 impl<'a> Sides<'a> {
     fn new(patch: &'a Patch) -> Self {
         let living = patch.quads.iter().enumerate().filter(|(_, quad)| **quad != DEAD);
-        let of = living.flat_map(|(q, quad)| (0..4).map(move |k| ((quad[k], quad[(k + 1) % 4]), (q, k)))).collect();
+        let ends = |quad: &[u32; 4], k: usize| (quad[k], quad[(k + 1) % 4]);
+        let of =
+            living.flat_map(|(q, quad)| Side::all_of(q).map(move |side| (ends(quad, side.corner), side))).collect();
         Self { patch, of }
     }
 
-    fn ends(&self, (q, k): (usize, usize)) -> (u32, u32) {
-        let quad = &self.patch.quads[q];
-        (quad[k], quad[(k + 1) % 4])
+    fn ends(&self, side: Side) -> (u32, u32) {
+        let quad = &self.patch.quads[side.quad];
+        (quad[side.corner], quad[(side.corner + 1) % 4])
     }
 
     /// The same side of the quad across, unless a feature lies between.
-    fn twin(&self, side: (usize, usize)) -> Option<(usize, usize)> {
+    fn twin(&self, side: Side) -> Option<Side> {
         let (a, b) = self.ends(side);
         if self.patch.is_feature(a, b) { None } else { self.of.get(&(b, a)).copied() }
     }
 
     /// The side after one on the boundary of its piece.
-    fn next(&self, (q, k): (usize, usize)) -> (usize, usize) {
-        let mut side = (q, (k + 1) % 4);
+    fn next(&self, side: Side) -> Side {
+        let after = |side: Side| Side { corner: (side.corner + 1) % 4, ..side };
+        let mut side = after(side);
         // At most once round a vertex.
         for _ in 0..self.patch.quads.len() {
-            let Some((q, k)) = self.twin(side) else { break };
-            side = (q, (k + 1) % 4);
+            let Some(twin) = self.twin(side) else { break };
+            side = after(twin);
         }
         side
     }
@@ -62,9 +79,9 @@ pub(super) fn pieces(patch: &Patch) -> Vec<Piece> {
         let (mut quads, mut next) = (vec![seed], 0);
         while let Some(&q) = quads.get(next) {
             next += 1;
-            for (other, _) in (0..4).filter_map(|k| sides.twin((q, k))) {
-                if !std::mem::replace(&mut seen[other], true) {
-                    quads.push(other);
+            for twin in Side::all_of(q).filter_map(|side| sides.twin(side)) {
+                if !std::mem::replace(&mut seen[twin.quad], true) {
+                    quads.push(twin.quad);
                 }
             }
         }
@@ -76,10 +93,10 @@ pub(super) fn pieces(patch: &Patch) -> Vec<Piece> {
 }
 
 fn word(sides: &Sides<'_>, quads: &[usize]) -> Option<Vec<u32>> {
-    let all = || quads.iter().flat_map(|&q| (0..4).map(move |k| (q, k)));
-    let boundary: Vec<(usize, usize)> = all().filter(|&s| sides.twin(s).is_none()).collect();
+    let all = || quads.iter().flat_map(|&q| Side::all_of(q));
+    let boundary: Vec<Side> = all().filter(|&s| sides.twin(s).is_none()).collect();
     let mut loops: Vec<Vec<u32>> = Vec::new();
-    let mut passed: BTreeMap<(usize, usize), ()> = BTreeMap::new();
+    let mut passed: BTreeMap<Side, ()> = BTreeMap::new();
     for &start in &boundary {
         let (mut at, mut round) = (start, Vec::new());
         while passed.insert(at, ()).is_none() {
@@ -107,7 +124,7 @@ fn word(sides: &Sides<'_>, quads: &[usize]) -> Option<Vec<u32>> {
 /// The word of an annulus cut along a shortest chain of edges inside.
 fn joined(sides: &Sides<'_>, quads: &[usize], first: &[u32], second: &[u32]) -> Option<Vec<u32>> {
     let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for side in quads.iter().flat_map(|&q| (0..4).map(move |k| (q, k))) {
+    for side in quads.iter().flat_map(|&q| Side::all_of(q)) {
         if sides.twin(side).is_some() {
             let (a, b) = sides.ends(side);
             neighbours.entry(a).or_default().push(b);

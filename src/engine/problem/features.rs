@@ -6,8 +6,10 @@ use crate::engine::mesh::{Features, Surface, closest_on_segment};
 use crate::engine::numerics::DisjointSets;
 use crate::engine::problem::Problem;
 
-/// Feature curves shorter than this many quad edges are given up as a whole, or than this many radii if that is less.
-const SHORT_CURVE: (f64, f64) = (6.0, 4.0);
+/// Feature curves shorter than this many quad edges are given up as a whole, …
+const SHORT_IN_EDGES: f64 = 6.0;
+/// … or than this many radii if that is less.
+const SHORT_IN_RADII: f64 = 4.0;
 /// What is left of a feature curve is kept from this many quad edges on.
 const STUMP: f64 = 2.0;
 
@@ -39,7 +41,7 @@ impl Problem {
             sizes[c] += length(&edges[e]);
             touched[c] |= near[e];
         }
-        let short = (SHORT_CURVE.0 * self.edge_length).min(SHORT_CURVE.1 * radius);
+        let short = (SHORT_IN_EDGES * self.edge_length).min(SHORT_IN_RADII * radius);
         let is_given_up = |e: usize| near[e] || touched[curve[e]] && sizes[curve[e]] < short;
         let mut kept: Vec<[u32; 2]> = (0..edges.len()).filter(|&e| !is_given_up(e)).map(|e| edges[e]).collect();
         // Stumps: curves with a loose end that was none before.

@@ -28,11 +28,20 @@ fn least_quads(mesh: &TriMesh) -> f64 {
     MIN_QUADS + MIN_QUADS_OF_BOUNDARY * topology.boundaries as f64 + MIN_QUADS_OF_HANDLE * topology.genus as f64
 }
 
+/// The quads of a component.
+struct Share {
+    /// What is its by its area.
+    quads: f64,
+    /// What it needs.
+    least: f64,
+}
+
 /// How much longer the edges of all components must be, at most [`MAX_STRETCH`], for their number of quads to be what
-/// it would be if none had a least number. Per component its share and that number.
-fn stretch(quads: &[(f64, f64)]) -> f64 {
-    let sum = |stretch: f64| quads.iter().map(|&(share, least)| (share / (stretch * stretch)).max(least)).sum::<f64>();
-    let wanted: f64 = quads.iter().map(|q| q.0).sum();
+/// it would be if none had a least number.
+fn stretch(shares: &[Share]) -> f64 {
+    let sum =
+        |stretch: f64| shares.iter().map(|share| (share.quads / (stretch * stretch)).max(share.least)).sum::<f64>();
+    let wanted: f64 = shares.iter().map(|share| share.quads).sum();
     let (mut low, mut high) = (1.0, MAX_STRETCH);
     if sum(low) <= wanted * (1.0 + 1e-9) {
         return low;
@@ -68,8 +77,9 @@ pub fn split(
     };
     let whole_edge = edge_length;
     let edge_length = if keeps_count && parts.len() > 1 {
-        let quads = |part| (area_of(part) / (edge_length * edge_length), least_quads(&part.surface.mesh));
-        edge_length * stretch(&parts.iter().map(quads).collect::<Vec<_>>())
+        let share =
+            |part| Share { quads: area_of(part) / (edge_length * edge_length), least: least_quads(&part.surface.mesh) };
+        edge_length * stretch(&parts.iter().map(share).collect::<Vec<_>>())
     } else {
         edge_length
     };
@@ -147,12 +157,13 @@ mod tests {
 
     #[test]
     fn what_small_components_take_is_taken_from_the_others() {
-        let quads = [(900.0, 24.0), (60.0, 24.0), (2.0, 24.0), (1.0, 48.0)];
-        let stretch = stretch(&quads);
-        let taken: f64 = quads.iter().map(|&(share, least)| (share / (stretch * stretch)).max(least)).sum();
+        let share = |(quads, least): (f64, f64)| Share { quads, least };
+        let shares = [(900.0, 24.0), (60.0, 24.0), (2.0, 24.0), (1.0, 48.0)].map(share);
+        let stretch = stretch(&shares);
+        let taken: f64 = shares.iter().map(|share| (share.quads / (stretch * stretch)).max(share.least)).sum();
         assert!((taken - 963.0).abs() < 1e-3, "{taken}");
-        assert_eq!(super::stretch(&[(900.0, 24.0), (60.0, 24.0)]), 1.0, "none takes more than its share");
-        assert_eq!(super::stretch(&[(30.0, 24.0), (1.0, 500.0)]), MAX_STRETCH);
+        assert_eq!(super::stretch(&[(900.0, 24.0), (60.0, 24.0)].map(share)), 1.0, "none takes more than its share");
+        assert_eq!(super::stretch(&[(30.0, 24.0), (1.0, 500.0)].map(share)), MAX_STRETCH);
     }
 
     #[test]

@@ -129,17 +129,25 @@ pub(in crate::engine::field) fn search_branch_points(
     let share = if create { MOVING_SHARE } else { 1.0 };
     let first = (share * limit as f64) as usize;
     let mut search = Search { ctx: ctx.span(0.0, share), around, field, energy, rest, done: &mut done, limit: first };
-    let start = if is_full { (MAX_BATCH, MAX_STRIDE) } else { (MAX_BATCH, 1) };
+    let start = Pace { batch: MAX_BATCH, stride: if is_full { MAX_STRIDE } else { 1 } };
     let mut moves = Moves::new(mesh, &curl, around);
     search.phase(&mut moves, start)?;
     if create {
         (search.ctx, search.limit) = (ctx.span(share, 1.0), limit);
         moves.price = Some(options.price * around.edge_length.powi(2) / around.frames.total_area(mesh));
-        search.phase(&mut moves, (MAX_BATCH / 4, 1))?;
+        search.phase(&mut moves, Pace { batch: MAX_BATCH / 4, stride: 1 })?;
     }
     done.energy[1] = search.energy.value;
     done.points[1] = field.singularities().len();
     Ok(done)
+}
+
+/// How large the steps of a phase are.
+struct Pace {
+    /// Moves of one batch.
+    batch: usize,
+    /// Edges that a branch point is carried.
+    stride: usize,
 }
 
 struct Search<'a> {
@@ -155,7 +163,8 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// Batches until the cost hardly falls any more.
-    fn phase(&mut self, moves: &mut Moves<'_>, (mut batch, mut stride): (usize, usize)) -> Result<(), FieldError> {
+    fn phase(&mut self, moves: &mut Moves<'_>, start: Pace) -> Result<(), FieldError> {
+        let Pace { mut batch, mut stride } = start;
         let Surroundings { mesh, frames, turning, .. } = *self.around;
         let curl = moves.curl;
         let (begun, mut failures) = (self.done.evaluations, 0);

@@ -45,6 +45,24 @@ impl BoundaryLoop {
     }
 }
 
+/// A place on a loop.
+#[derive(Clone, Copy)]
+struct OnLoop {
+    /// Its arc length.
+    arc: f64,
+    /// How far it is from what it is nearest to.
+    distance: f64,
+}
+
+/// A point of the loop that a node gets.
+#[derive(Clone, Copy)]
+struct Fixed {
+    /// The number of the point.
+    point: usize,
+    /// Its arc length, counted on from where the order of the nodes starts.
+    arc: f64,
+}
+
 /// A loop by arc length.
 struct Measured<'a> {
     outline: &'a BoundaryLoop,
@@ -57,10 +75,10 @@ impl Measured<'_> {
         self.at[self.outline.points.len()]
     }
 
-    /// Arc length and distance of the nearest point.
-    fn nearest(&self, p: DVec3) -> (f64, f64) {
+    /// The nearest point.
+    fn nearest(&self, p: DVec3) -> OnLoop {
         let Nearest { segment: i, t, distance } = self.outline.nearest(p);
-        (self.at[i] + t * (self.at[i + 1] - self.at[i]), distance)
+        OnLoop { arc: self.at[i] + t * (self.at[i + 1] - self.at[i]), distance }
     }
 
     fn position(&self, s: f64) -> DVec3 {
@@ -92,23 +110,24 @@ pub(super) fn places(
         ctx.check()?;
         Ok(measured.nearest(p))
     };
-    let near = nodes.iter().map(look).collect::<Result<Vec<(f64, f64)>, Cancelled>>()?;
+    let near = nodes.iter().map(look).collect::<Result<Vec<OnLoop>, Cancelled>>()?;
     Ok(in_order(&measured, &near, forced))
 }
 
-/// Places by the nearest points, as arc length and distance.
-fn in_order(measured: &Measured<'_>, near: &[(f64, f64)], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+/// Places by the nearest points.
+fn in_order(measured: &Measured<'_>, near: &[OnLoop], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
     let (outline, total) = (measured.outline, measured.total());
     // Around the loop from the node that is surest of its place.
     let is_forced = |i: &usize| forced[*i].is_some();
-    let first =
-        (0..near.len()).find(is_forced).or_else(|| (0..near.len()).min_by(|&a, &b| near[a].1.total_cmp(&near[b].1)))?;
+    let first = (0..near.len())
+        .find(is_forced)
+        .or_else(|| (0..near.len()).min_by(|&a, &b| near[a].distance.total_cmp(&near[b].distance)))?;
     let order: Vec<usize> = (0..near.len()).map(|k| (first + k) % near.len()).collect();
-    let start = forced[first].map_or(near[first].0, |point| measured.at[point]);
+    let start = forced[first].map_or(near[first].arc, |point| measured.at[point]);
     let mut wished = vec![start];
     for &i in &order[1..] {
         let last = wished[wished.len() - 1];
-        let s = forced[i].map_or(near[i].0, |point| measured.at[point]);
+        let s = forced[i].map_or(near[i].arc, |point| measured.at[point]);
         let step = (s - last).rem_euclid(total);
         wished.push(last + if step > 0.5 * total { step - total } else { step });
     }
@@ -122,20 +141,22 @@ fn in_order(measured: &Measured<'_>, near: &[(f64, f64)], forced: &[Option<usize
     let mut places = vec![(DVec3::ZERO, Anchor::Curve); near.len()];
     for (k, &i) in order.iter().enumerate() {
         places[i] = match fixed[k] {
-            Some((point, _)) => (outline.points[point], outline.corner[point].map_or(Anchor::Curve, Anchor::Corner)),
+            Some(Fixed { point, .. }) => {
+                (outline.points[point], outline.corner[point].map_or(Anchor::Curve, Anchor::Corner))
+            }
             None => (measured.position(place[k]), Anchor::Curve),
         };
     }
     Some(places)
 }
 
-/// Per node in order, the corner that it gets, with its arc length from where the order starts on.
+/// Per node in order, the corner that it gets.
 fn fixed_places(
     measured: &Measured<'_>,
     order: &[usize],
     wished: &[f64],
     forced: &[Option<usize>],
-) -> Option<Vec<Option<(usize, f64)>>> {
+) -> Option<Vec<Option<Fixed>>> {
     let (start, total) = (wished[0], measured.total());
     let holders: BTreeMap<usize, usize> =
         order.iter().enumerate().rev().filter_map(|(k, &i)| Some((forced[i]?, k))).collect();
@@ -154,18 +175,18 @@ fn fixed_places(
         let room = from..(to + 1).checked_sub(needed)?;
         let nearest = || room.min_by(|&a, &b| (wished[a] - s).abs().total_cmp(&(wished[b] - s).abs()));
         let k = holder(p).filter(|&k| k >= from).or_else(|| holder(p).is_none().then(nearest)?)?;
-        fixed[k] = Some((p, s));
+        fixed[k] = Some(Fixed { point: p, arc: s });
         from = k + 1;
     }
     Some(fixed)
 }
 
 /// Arc lengths in order as near as may be to those wished for, with gaps, between those that are fixed.
-fn spread(wished: &[f64], fixed: &[Option<(usize, f64)>], total: f64) -> Vec<f64> {
+fn spread(wished: &[f64], fixed: &[Option<Fixed>], total: f64) -> Vec<f64> {
     let n = wished.len();
     let mut place = monotone(wished);
     // The first node is fixed where it is if nothing else is.
-    let mut stops: Vec<(usize, f64)> = (0..n).filter_map(|k| fixed[k].map(|(_, s)| (k, s))).collect();
+    let mut stops: Vec<(usize, f64)> = (0..n).filter_map(|k| fixed[k].map(|fixed| (k, fixed.arc))).collect();
     if stops.is_empty() {
         stops.push((0, wished[0]));
     }

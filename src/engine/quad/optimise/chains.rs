@@ -80,7 +80,7 @@ fn nearest_curve(curves: &[Curve], votes: &[DVec3], may: impl Fn(&Curve) -> bool
     for (c, curve) in curves.iter().enumerate().filter(|(_, c)| may(c)) {
         let mut sum = 0.0;
         for &p in votes {
-            sum += curve.nearest(p).0;
+            sum += curve.nearest(p).distance_squared;
             if sum >= best.0 {
                 break;
             }
@@ -102,7 +102,7 @@ fn place(
     sliders: &mut Vec<Slider>,
 ) {
     let length = curve.length();
-    let mut arcs: Vec<f64> = inner.iter().map(|&v| curve.nearest(positions[v as usize]).1).collect();
+    let mut arcs: Vec<f64> = inner.iter().map(|&v| curve.nearest(positions[v as usize]).arc).collect();
     // The way from one to the next, the short way round a closed curve.
     let short = |d: f64| if curve.is_closed() { d - length * (d / length).round() } else { d };
     let mut forward = arcs.windows(2).map(|w| short(w[1] - w[0])).sum::<f64>() >= 0.0;

@@ -21,6 +21,14 @@ pub(crate) struct Curve {
     boxes: Vec<(DVec3, DVec3)>,
 }
 
+/// A point of a curve that is nearest to another point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearestOnCurve {
+    pub(crate) distance_squared: f64,
+    /// Its arc parameter.
+    pub(crate) arc: f64,
+}
+
 impl Curve {
     fn new(surface: &Surface, vertices: Vec<u32>, closed: bool) -> Self {
         let points: Vec<DVec3> = vertices.iter().map(|&v| surface.mesh.position(v)).collect();
@@ -91,11 +99,11 @@ impl Curve {
         self.arcs.partition_point(|&a| a <= arc).clamp(1, self.arcs.len() - 1) - 1
     }
 
-    /// Squared distance and arc parameter of the point nearest to `p`.
-    pub(crate) fn nearest(&self, p: DVec3) -> (f64, f64) {
-        let mut best = (f64::INFINITY, 0.0);
+    /// The point nearest to `p`.
+    pub(crate) fn nearest(&self, p: DVec3) -> NearestOnCurve {
+        let mut best = NearestOnCurve { distance_squared: f64::INFINITY, arc: 0.0 };
         for (b, &(lo, hi)) in self.boxes.iter().enumerate() {
-            if (lo - p).max(p - hi).max(DVec3::ZERO).length_squared() < best.0 {
+            if (lo - p).max(p - hi).max(DVec3::ZERO).length_squared() < best.distance_squared {
                 let end = ((b + 1) * BLOCK).min(self.points.len() - 1);
                 self.nearest_of(p, b * BLOCK..end, &mut best);
             }
@@ -103,12 +111,13 @@ impl Curve {
         best
     }
 
-    fn nearest_of(&self, p: DVec3, segments: std::ops::Range<usize>, best: &mut (f64, f64)) {
+    fn nearest_of(&self, p: DVec3, segments: std::ops::Range<usize>, best: &mut NearestOnCurve) {
         for i in segments {
             let (t, position) = closest_on_segment(p, self.points[i], self.points[i + 1]);
-            let distance = p.distance_squared(position);
-            if distance < best.0 {
-                *best = (distance, self.arcs[i] + t * (self.arcs[i + 1] - self.arcs[i]));
+            let distance_squared = p.distance_squared(position);
+            if distance_squared < best.distance_squared {
+                let arc = self.arcs[i] + t * (self.arcs[i + 1] - self.arcs[i]);
+                *best = NearestOnCurve { distance_squared, arc };
             }
         }
     }
@@ -117,27 +126,27 @@ impl Curve {
     /// nearest to `p`. The answer is not wrapped.
     pub(crate) fn nearest_between(&self, p: DVec3, lo: f64, hi: f64) -> f64 {
         if !self.closed {
-            return self.nearest_within(p, lo.max(0.0), hi.min(self.length())).1;
+            return self.nearest_within(p, lo.max(0.0), hi.min(self.length())).arc;
         }
-        let mut best = (f64::INFINITY, lo);
+        let mut best = NearestOnCurve { distance_squared: f64::INFINITY, arc: lo };
         let mut turn = (lo / self.length()).floor() * self.length();
         while turn < hi {
             let (from, to) = ((lo - turn).max(0.0), (hi - turn).min(self.length()));
-            let (distance, arc) = self.nearest_within(p, from, to);
-            if distance < best.0 {
-                best = (distance, arc + turn);
+            let near = self.nearest_within(p, from, to);
+            if near.distance_squared < best.distance_squared {
+                best = NearestOnCurve { arc: near.arc + turn, ..near };
             }
             turn += self.length();
         }
-        best.1
+        best.arc
     }
 
-    fn nearest_within(&self, p: DVec3, lo: f64, hi: f64) -> (f64, f64) {
+    fn nearest_within(&self, p: DVec3, lo: f64, hi: f64) -> NearestOnCurve {
         let hi = hi.max(lo);
-        let mut best = (f64::INFINITY, lo);
+        let mut best = NearestOnCurve { distance_squared: f64::INFINITY, arc: lo };
         self.nearest_of(p, self.segment(lo)..self.segment(hi) + 1, &mut best);
-        let arc = best.1.clamp(lo, hi);
-        (p.distance_squared(self.at(arc)), arc)
+        let arc = best.arc.clamp(lo, hi);
+        NearestOnCurve { distance_squared: p.distance_squared(self.at(arc)), arc }
     }
 }
 

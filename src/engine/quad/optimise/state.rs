@@ -74,8 +74,10 @@ impl<'a> State<'a> {
                 Anchor::Corner(c) => positions[v] = mesh.position(c),
                 Anchor::Curve if places[v] == Place::Fixed && !curves.is_empty() => {
                     let nearest = curves.iter().map(|c| (c.nearest(positions[v]), c));
-                    if let Some(((_, arc), curve)) = nearest.min_by(|a, b| a.0.0.total_cmp(&b.0.0)) {
-                        positions[v] = curve.at(arc);
+                    if let Some((near, curve)) =
+                        nearest.min_by(|a, b| a.0.distance_squared.total_cmp(&b.0.distance_squared))
+                    {
+                        positions[v] = curve.at(near.arc);
                     }
                 }
                 _ => {}
