@@ -12,6 +12,8 @@ mod normals;
 mod origin;
 mod quad_attributes;
 #[cfg(test)]
+mod seam_tests;
+#[cfg(test)]
 mod tests;
 
 pub use carry::carry;

@@ -8,15 +8,23 @@ use crate::engine::mesh::{Conditioned, Influences, SurfaceIndex, TriangleSoup};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext, StopReason};
 
-/// Polygons as lists of corners with positions and texture coordinates, every corner a vertex of its own or, as files
-/// mostly have it, all corners at one place one vertex.
-fn soup(polygons: &[Vec<(DVec3, [f32; 2])>], shared: bool) -> TriangleSoup {
+/// Which corners of polygons are one vertex.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Vertices {
+    /// All those at one place, as files mostly have it.
+    Shared,
+    /// None.
+    OfTheirOwn,
+}
+
+/// Polygons as lists of corners with positions and texture coordinates.
+pub(super) fn soup(polygons: &[Vec<(DVec3, [f32; 2])>], vertices: Vertices) -> TriangleSoup {
     let mut soup = TriangleSoup::default();
     for polygon in polygons {
         let corners: Vec<u32> = polygon
             .iter()
             .map(|&(p, _)| {
-                let known = soup.positions.iter().position(|&q| shared && p == q);
+                let known = soup.positions.iter().position(|&q| vertices == Vertices::Shared && p == q);
                 known.unwrap_or_else(|| {
                     soup.positions.push(p);
                     soup.positions.len() - 1
@@ -31,7 +39,7 @@ fn soup(polygons: &[Vec<(DVec3, [f32; 2])>], shared: bool) -> TriangleSoup {
 
 /// A map of the integer grid from (0, 0) to (n, m) as quads; the second value are texture coordinates as seen from the
 /// cell whose lower corner is given.
-fn grid(
+pub(super) fn grid(
     n: u32,
     m: u32,
     at: impl Fn(u32, u32) -> DVec3,
@@ -43,13 +51,13 @@ fn grid(
     (0..n).flat_map(|i| (0..m).map(move |j| (i, j))).map(cell).collect()
 }
 
-fn quads(cells: &[Vec<(DVec3, [f32; 2])>]) -> QuadMesh {
-    let soup = soup(cells, true);
+pub(super) fn quads(cells: &[Vec<(DVec3, [f32; 2])>]) -> QuadMesh {
+    let soup = soup(cells, Vertices::Shared);
     let quads = soup.polygons().map(|corners| corners.try_into().unwrap()).collect();
     QuadMesh { positions: soup.positions, quads }
 }
 
-fn carried(soup: &TriangleSoup, quads: &QuadMesh) -> QuadAttributes {
+pub(super) fn carried(soup: &TriangleSoup, quads: &QuadMesh) -> QuadAttributes {
     let Conditioned { mesh, polygon, .. } =
         condition(&RunContext::silent(), soup, &ConditionOptions::default()).unwrap();
     let index = SurfaceIndex::new(&mesh);
@@ -97,9 +105,9 @@ fn cube(n: u32) -> Vec<Vec<(DVec3, [f32; 2])>> {
 #[test]
 fn linear_colours_stay_linear() {
     let plane = grid(9, 6, flat(9, 6), |_, _| [0.0; 2]);
-    for shared in [true, false] {
-        assert_linear(&mut soup(&plane, shared), &quads(&grid(7, 11, flat(7, 11), |_, _| [0.0; 2])));
-        assert_linear(&mut soup(&cube(4), shared), &quads(&cube(7)));
+    for vertices in [Vertices::Shared, Vertices::OfTheirOwn] {
+        assert_linear(&mut soup(&plane, vertices), &quads(&grid(7, 11, flat(7, 11), |_, _| [0.0; 2])));
+        assert_linear(&mut soup(&cube(4), vertices), &quads(&cube(7)));
     }
     // One polygon that is not convex.
     let corner = |x: f64, y: f64| (DVec3::new(x, y, 0.0), [0.0; 2]);
@@ -111,7 +119,7 @@ fn linear_colours_stay_linear() {
         corner(1.0, 2.0),
         corner(0.0, 2.0),
     ];
-    assert_linear(&mut soup(&[l], true), &quads(&grid(5, 5, flat(5, 5), |_, _| [0.0; 2])));
+    assert_linear(&mut soup(&[l], Vertices::Shared), &quads(&grid(5, 5, flat(5, 5), |_, _| [0.0; 2])));
 }
 
 #[test]
@@ -129,7 +137,7 @@ fn faces_that_repairs_flipped_keep_their_colours() {
         polygons.push(vec![at(a), at(b), corner(b, 1.0)]);
         polygons.push(vec![at(a), corner(b, 1.0), corner(a, 1.0)]);
     }
-    let mut soup = soup(&polygons, true);
+    let mut soup = soup(&polygons, Vertices::Shared);
     let repaired = condition(&RunContext::silent(), &soup, &ConditionOptions::default()).unwrap();
     let is_own = |f: usize| {
         let own = soup.polygon(repaired.polygon[f] as usize);
@@ -141,7 +149,7 @@ fn faces_that_repairs_flipped_keep_their_colours() {
 
 #[test]
 fn every_side_of_a_cube_keeps_its_material() {
-    let mut soup = soup(&cube(4), false);
+    let mut soup = soup(&cube(4), Vertices::OfTheirOwn);
     soup.materials = (0..6 * 16).map(|p| 7 - p / 16).collect();
     soup.material_names = (0..8).map(|m| format!("m{m}")).collect();
     let made = carried(&soup, &quads(&cube(5)));
@@ -171,7 +179,7 @@ fn quads_of_a_thin_wall_look_at_their_own_side() {
             );
         }
     }
-    let mut soup = soup(&walls, true);
+    let mut soup = soup(&walls, Vertices::Shared);
     soup.materials = (0..walls.len()).map(|p| (p / 25).min(2) as u32).collect();
     soup.material_names = ["top", "bottom", "rim"].map(str::to_owned).to_vec();
     // Nearer to the other side than to their own.
@@ -185,73 +193,13 @@ fn quads_of_a_thin_wall_look_at_their_own_side() {
 }
 
 /// A tube along z whose texture goes around it once, with a seam at angle 0.
-fn tube(columns: u32, rows: u32, turned: f64) -> Vec<Vec<(DVec3, [f32; 2])>> {
+pub(super) fn tube(columns: u32, rows: u32, turned: f64) -> Vec<Vec<(DVec3, [f32; 2])>> {
     let at = move |i: u32, j: u32| {
         // The last column is the first one to the last digit.
         let angle = TAU * (f64::from(i % columns) + turned) / f64::from(columns);
         DVec3::new(angle.cos(), angle.sin(), f64::from(j) / f64::from(rows))
     };
     grid(columns, rows, at, move |i, j| [i as f32 / columns as f32, j as f32 / rows as f32])
-}
-
-fn assert_uv(made: &QuadAttributes, expected: &[Vec<(DVec3, [f32; 2])>]) {
-    assert_eq!(made.uv.len(), expected.len());
-    for (q, (made, expected)) in made.uv.iter().zip(expected).enumerate() {
-        for (a, &(p, b)) in made.iter().zip(expected) {
-            assert!((a[0] - b[0]).abs() < 1e-5 && (a[1] - b[1]).abs() < 1e-5, "{q} at {p}: {a:?} instead of {b:?}");
-        }
-    }
-}
-
-#[test]
-fn corners_on_a_seam_are_on_the_side_of_their_quad() {
-    let input = tube(36, 9, 0.0);
-    for shared in [true, false] {
-        // Quads much smaller, larger and as large as the faces, with corners on the seam.
-        for (columns, rows) in [(12, 4), (36, 9), (4, 3)] {
-            let cells = tube(columns, rows, 0.0);
-            assert_uv(&carried(&soup(&input, shared), &quads(&cells)), &cells);
-        }
-    }
-}
-
-#[test]
-fn no_quad_stretches_across_a_seam() {
-    for turned in [0.5, 0.1, 0.93] {
-        let made = carried(&soup(&tube(36, 9, 0.0), true), &quads(&tube(12, 4, turned)));
-        let mut total = 0.0;
-        for uv in &made.uv {
-            let (low, high) = uv.iter().fold((f32::MAX, f32::MIN), |(l, h), uv| (l.min(uv[0]), h.max(uv[0])));
-            assert!(high - low < 1.01 / 12.0, "{uv:?}");
-            total += high - low;
-        }
-        // Only the four quads on the seam lose what lies on the other side of it.
-        assert!(total > 4.0 * (1.0 - 0.6 / 12.0) && total < 4.01, "{total}");
-    }
-}
-
-#[test]
-fn a_seam_that_ends_inside_is_no_way_around() {
-    // A disc in polar coordinates; the seam goes from the boundary to the centre.
-    let disc = |sectors: u32, radii: &'static [f64]| {
-        let at = move |i: u32, j: u32| {
-            let angle = TAU * f64::from(j % sectors) / f64::from(sectors);
-            radii[i as usize] * DVec3::new(angle.cos(), angle.sin(), 0.0)
-        };
-        grid(radii.len() as u32 - 1, sectors, at, move |i, j| [j as f32 / sectors as f32, radii[i as usize] as f32])
-    };
-    let mut input = disc(64, &[0.05, 0.1, 0.2, 0.4, 0.7, 1.0]);
-    for k in 0..64u32 {
-        let at = |k: u32| {
-            let angle = TAU * f64::from(k % 64) / 64.0;
-            0.05 * DVec3::new(angle.cos(), angle.sin(), 0.0)
-        };
-        let uv = |k: u32| [k as f32 / 64.0, 0.05];
-        input.push(vec![(DVec3::ZERO, [(k as f32 + 0.5) / 64.0, 0.0]), (at(k), uv(k)), (at(k + 1), uv(k + 1))]);
-    }
-    let cells = disc(8, &[0.1, 1.0]);
-    assert_uv(&carried(&soup(&input, true), &quads(&cells)), &cells);
-    assert_uv(&carried(&soup(&input, false), &quads(&cells)), &cells);
 }
 
 /// Six joints along z, of which every place hangs on the two beside it.
@@ -262,8 +210,8 @@ fn chain(z: f64) -> Influences {
 
 #[test]
 fn weights_of_joints_stay_what_they_are_at_their_place() {
-    for shared in [true, false] {
-        let mut soup = soup(&tube(36, 10, 0.0), shared);
+    for vertices in [Vertices::Shared, Vertices::OfTheirOwn] {
+        let mut soup = soup(&tube(36, 10, 0.0), vertices);
         soup.skin = soup.positions.iter().map(|p| chain(p.z)).collect();
         let mesh = quads(&tube(12, 7, 0.3));
         let made = carried(&soup, &mesh);
@@ -284,7 +232,7 @@ fn weights_of_joints_stay_what_they_are_at_their_place() {
 
 #[test]
 fn quads_belong_to_the_object_below_them() {
-    let mut soup = soup(&cube(4), true);
+    let mut soup = soup(&cube(4), Vertices::Shared);
     soup.objects = (0..6 * 16).map(|p| p / 16).collect();
     let made = carried(&soup, &quads(&cube(5)));
     assert_eq!(made.objects, (0..6 * 25).map(|q| q / 25).collect::<Vec<_>>());
@@ -292,7 +240,7 @@ fn quads_belong_to_the_object_below_them() {
 
 #[test]
 fn what_is_not_there_or_not_wanted_is_not_carried() {
-    let mut soup = soup(&cube(2), true);
+    let mut soup = soup(&cube(2), Vertices::Shared);
     let mesh = quads(&cube(2));
     soup.uv.clear();
     assert!(carried(&soup, &mesh).is_empty());
