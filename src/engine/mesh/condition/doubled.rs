@@ -66,7 +66,7 @@ pub(super) fn second_sides(partner: &[u32], opposite: &[u32]) -> Vec<bool> {
     dropped
 }
 
-/// Pairs of coincident opposite faces that hang together along two sides: a fold without thickness.
+/// Pairs of coincident opposite faces that are connected along two sides: a fold without thickness.
 pub(super) fn folds(partner: &[u32], opposite: &[u32]) -> Vec<bool> {
     let mut dropped = vec![false; opposite.len()];
     for (f, &o) in opposite.iter().enumerate().filter(|&(_, &o)| o != NONE) {

@@ -10,7 +10,7 @@ use crate::engine::mesh::condition::tally::Tally;
 use crate::engine::mesh::next;
 use crate::engine::numerics::DisjointSets;
 
-/// Gives every fan of faces that hang together around a vertex its own copy of the vertex. The sides must be joined
+/// Gives every fan of faces that are connected around a vertex its own copy of the vertex. The sides must be joined
 /// with opposite senses. Copies follow the order of the vertices and then of their first corners; vertices without
 /// faces go.
 pub(super) fn split_fans(draft: Draft, tally: &mut Tally) -> Draft {

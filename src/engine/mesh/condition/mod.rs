@@ -1,8 +1,9 @@
 //! Input conditioning: from the polygons of a file to an oriented 2-manifold without degenerate triangles.
 //!
-//! triangulate → weld → split at T vertices → pair the sides of edges → drop equal shells → one vertex per fan → orient → mend degenerate triangles. Every step
-//! keeps the order of what it leaves alone, so that clean input comes back as it was; every repair is counted; no
-//! hole is filled. All lengths are compared with the size of the model or component, so results do not depend on units.
+//! triangulate → weld → split at T vertices → pair the sides of edges → drop equal shells → one vertex per fan → orient →
+//! mend degenerate triangles. Every step keeps the order of what it leaves alone, so that clean input comes back as it was;
+//! every repair is counted; no hole is filled. All lengths are compared with the size of the model or component, so results
+//! do not depend on units.
 
 mod condition_soup;
 mod degenerate;

@@ -9,8 +9,8 @@ use crate::engine::mesh::condition::patches::components;
 const COMPARED: usize = 8;
 
 /// The faces of every component that lies upon faces of one other component, corner by corner at exactly the same places:
-/// of equal shells the first one stays, of others the larger one. Per face whether it is to be dropped, and the number of such
-/// components. O(F log F).
+/// of equal shells the first one stays, of others the larger one. Per face whether it is to be dropped, and the number of
+/// such components. O(F log F).
 pub(super) fn shells_upon_others(corners: &[[u32; 3]], partner: &[u32], positions: &[DVec3]) -> (Vec<bool>, usize) {
     let (component, n) = components(partner);
     if n < 2 {

@@ -34,7 +34,8 @@ pub(crate) fn rotation(net: &QuadNet, a: u32, b: u32, sense: Sense) -> Option<Ch
     Some(vec![(right, [at(0), at(1), at(2), at(3)]), (left, [at(3), at(4), at(5), at(0)])])
 }
 
-/// Shrinks the diagonal of the quad in `slot` from its corner `k`: the vertex that is free moves into the other and is removed.
+/// Shrinks the diagonal of the quad in `slot` from its corner `k`: the vertex that is free moves into the other and is
+/// removed.
 pub(crate) fn collapse(net: &QuadNet, slot: u32, k: usize) -> Option<Change> {
     let quad = net.quads[slot as usize];
     let (kept, removed) = if net.is_free(quad[(k + 2) % 4]) {
