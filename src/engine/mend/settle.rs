@@ -8,14 +8,13 @@
 use crate::engine::mend::ground::Ground;
 use crate::engine::mend::patch::{Freedom, Patch};
 use crate::engine::quad::improve::DEAD;
+use crate::engine::quad::optimise::{ScaledCorner, quality};
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Sweeps per change of the regularisation.
 const SWEEPS: usize = 4;
-/// Weight of the area term against the shape term.
-const AREA: f64 = 0.2;
 /// Directions in which a better place is looked for.
 const DIRECTIONS: usize = 8;
 /// Least scaled Jacobian at which the work ends.
@@ -188,33 +187,13 @@ fn least_area(patch: &Patch, ups: &[DVec3], quads: &[usize], size: f64) -> f64 {
     let mut least = f64::INFINITY;
     for &q in quads {
         let p = patch.corners(&patch.quads[q]);
-        least = (0..4).map(|k| corner(&p, k, ups[q], size).0).fold(least, f64::min);
+        least = (0..4).map(|k| ScaledCorner::of(&p, k, ups[q], size).area).fold(least, f64::min);
     }
     least
 }
 
 fn worst(patch: &Patch, ups: &[DVec3], quads: &[usize]) -> f64 {
     quads.iter().map(|&q| quality(&patch.corners(&patch.quads[q]), ups[q])).fold(f64::INFINITY, f64::min)
-}
-
-/// Area and squared edge lengths of a corner in units of the wanted edge.
-fn corner(p: &[DVec3; 4], k: usize, up: DVec3, size: f64) -> (f64, f64) {
-    let (e, f) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
-    let unit = 1.0 / (size * size);
-    (e.cross(f).dot(up) * unit, (e.length_squared() + f.length_squared()) * unit)
-}
-
-/// The least scaled Jacobian against a quad's own normal, turned by the angle of that with the surface.
-fn quality(p: &[DVec3; 4], up: DVec3) -> f64 {
-    let own = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
-    let scaled = |k: usize| {
-        let (e, f) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
-        let scale = (e.length_squared() * f.length_squared()).sqrt();
-        if scale > 0.0 { e.cross(f).dot(own) / scale } else { 0.0 }
-    };
-    let least = (0..4).map(scaled).fold(f64::INFINITY, f64::min);
-    let lean = own.dot(up);
-    if lean < 0.2 { least.min(0.0) + lean - 0.2 } else { least }
 }
 
 /// A vertex and its quads.
@@ -238,9 +217,7 @@ impl Star<'_> {
         let mut sum = 0.0;
         for (corners, k, up) in self.quads(p) {
             for at in [(k + 3) % 4, k, (k + 1) % 4] {
-                let (d, shape) = corner(&corners, at, up, size);
-                let chi = 0.5 * (d + (epsilon * epsilon + d * d).sqrt());
-                sum += (0.5 * (1.0 - AREA) * shape + 0.5 * AREA * (d * d + 1.0)) / chi;
+                sum += ScaledCorner::of(&corners, at, up, size).energy(epsilon);
             }
         }
         sum

@@ -24,6 +24,7 @@ pub(crate) use curves::{Curve, trace_curves};
 pub(crate) use sequence::is_sound;
 pub(crate) use sequence::mean_edge;
 pub use sequence::{OptimiseOptions, optimise};
+pub(crate) use shape::ScaledCorner;
 pub(crate) use shape::area_vector;
 pub(crate) use shape::quality;
 pub(crate) use surface_walker::SurfaceWalker;

@@ -4,6 +4,8 @@ use glam::DVec3;
 
 /// Quads whose own normal leans further than this (cosine) from the surface count as turned over.
 const UPRIGHT: f64 = 0.2;
+/// Weight of the area of a corner against its shape in the regularised energy.
+const AREA: f64 = 0.2;
 
 /// Twice the area vector of a quad: the cross product of its diagonals.
 pub(crate) fn area_vector([a, b, c, d]: &[DVec3; 4]) -> DVec3 {
@@ -26,6 +28,31 @@ pub(crate) fn quality(p: &[DVec3; 4], up: DVec3) -> f64 {
     let smallest = corner_jacobians(p, own).into_iter().fold(f64::INFINITY, f64::min);
     let lean = own.dot(up);
     if lean < UPRIGHT { smallest.min(0.0) + lean - UPRIGHT } else { smallest }
+}
+
+/// A corner of a quad in units of the wanted edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScaledCorner {
+    /// Its area D against the surface: that of the parallelogram of its two edges.
+    pub(crate) area: f64,
+    /// The squared lengths of its two edges in sum.
+    squared_edges: f64,
+}
+
+impl ScaledCorner {
+    /// Corner `k` of a quad over a surface with unit normal `up`, where edges of length `size` are wanted.
+    pub(crate) fn of(p: &[DVec3; 4], k: usize, up: DVec3, size: f64) -> Self {
+        let (e, f) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
+        let unit = 1.0 / (size * size);
+        Self { area: e.cross(f).dot(up) * unit, squared_edges: (e.length_squared() + f.length_squared()) * unit }
+    }
+
+    /// The regularised energy of [garanzha_2021]: shape and area over χ(D, ε), a positive stand-in for D.
+    pub(crate) fn energy(self, epsilon: f64) -> f64 {
+        let d = self.area;
+        let chi = 0.5 * (d + (epsilon * epsilon + d * d).sqrt());
+        (0.5 * (1.0 - AREA) * self.squared_edges + 0.5 * AREA * (d * d + 1.0)) / chi
+    }
 }
 
 /// The mean of the corners.

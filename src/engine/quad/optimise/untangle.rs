@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::engine::quad::optimise::shape::ScaledCorner;
 use crate::engine::quad::optimise::state::Place;
 use crate::engine::quad::optimise::state::State;
 use crate::engine::run::Cancelled;
@@ -15,8 +16,6 @@ const RINGS: usize = 3;
 const ROUNDS: usize = 24;
 /// Sweeps per change.
 const SWEEPS: usize = 4;
-/// Weight of the area term against the shape term.
-const AREA: f64 = 0.2;
 /// Directions in which a better place is looked for.
 const DIRECTIONS: usize = 8;
 
@@ -128,19 +127,10 @@ fn energy(s: &State<'_>, v: u32, p: DVec3, sizes: &[f64], epsilon: f64) -> f64 {
         let (q, k) = (c as usize / 4, c as usize % 4);
         let corners = s.corners_with(q, k, p);
         for at in [(k + 3) % 4, k, (k + 1) % 4] {
-            let (d, shape) = corner(&corners, at, s.ups[q], sizes[q]);
-            let chi = 0.5 * (d + (epsilon * epsilon + d * d).sqrt());
-            sum += (0.5 * (1.0 - AREA) * shape + 0.5 * AREA * (d * d + 1.0)) / chi;
+            sum += ScaledCorner::of(&corners, at, s.ups[q], sizes[q]).energy(epsilon);
         }
     }
     sum
-}
-
-/// Area and squared edge lengths of a corner in units of the wanted edge.
-fn corner(p: &[DVec3; 4], k: usize, up: DVec3, size: f64) -> (f64, f64) {
-    let (e, f) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
-    let unit = 1.0 / (size * size);
-    (e.cross(f).dot(up) * unit, (e.length_squared() + f.length_squared()) * unit)
 }
 
 fn least_area(state: &State<'_>, sizes: &[f64], active: &[bool]) -> f64 {
@@ -148,7 +138,7 @@ fn least_area(state: &State<'_>, sizes: &[f64], active: &[bool]) -> f64 {
     for (q, quad) in state.quads.iter().enumerate() {
         if quad.iter().any(|&v| active[v as usize]) {
             let p = state.corners(q);
-            least = (0..4).map(|k| corner(&p, k, state.ups[q], sizes[q]).0).fold(least, f64::min);
+            least = (0..4).map(|k| ScaledCorner::of(&p, k, state.ups[q], sizes[q]).area).fold(least, f64::min);
         }
     }
     least
