@@ -188,9 +188,8 @@ impl Around {
 }
 
 /// Draws the row: a partner for each dart's origin, arcs to the partners and between them.
-fn draw(graph: &mut EmbeddedGraph, walk: &[u32], places: &[(DVec3, Anchor)], forced: &[Option<usize>]) {
-    let partners: Vec<u32> =
-        places.iter().map(|&(position, anchor)| graph.add_node(GraphNode { position, anchor })).collect();
+fn draw(graph: &mut EmbeddedGraph, walk: &[u32], places: &[GraphNode], forced: &[Option<usize>]) {
+    let partners: Vec<u32> = places.iter().map(|&place| graph.add_node(place)).collect();
     let n = walk.len();
     let spokes: Vec<u32> = (0..n)
         .map(|i| {

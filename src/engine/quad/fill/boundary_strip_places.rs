@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::engine::mesh::closest_on_segment;
 use crate::engine::quad::Anchor;
+use crate::engine::quad::fill::embedded_graph::GraphNode;
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Neighbours on the loop are at least this part of their mean distance apart.
@@ -99,7 +100,7 @@ pub(super) fn places(
     outline: &BoundaryLoop,
     nodes: &[DVec3],
     forced: &[Option<usize>],
-) -> Result<Option<Vec<(DVec3, Anchor)>>, Cancelled> {
+) -> Result<Option<Vec<GraphNode>>, Cancelled> {
     let n = outline.points.len();
     let mut at = vec![0.0; n + 1];
     for i in 0..n {
@@ -115,7 +116,7 @@ pub(super) fn places(
 }
 
 /// Places by the nearest points.
-fn in_order(measured: &Measured<'_>, near: &[OnLoop], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+fn in_order(measured: &Measured<'_>, near: &[OnLoop], forced: &[Option<usize>]) -> Option<Vec<GraphNode>> {
     let (outline, total) = (measured.outline, measured.total());
     // Around the loop from the node that is surest of its place.
     let is_forced = |i: &usize| forced[*i].is_some();
@@ -138,13 +139,14 @@ fn in_order(measured: &Measured<'_>, near: &[OnLoop], forced: &[Option<usize>]) 
     }
     let fixed = fixed_places(measured, &order, &wished, forced)?;
     let place = spread(&wished, &fixed, total);
-    let mut places = vec![(DVec3::ZERO, Anchor::Curve); near.len()];
+    let mut places = vec![GraphNode { position: DVec3::ZERO, anchor: Anchor::Curve }; near.len()];
     for (k, &i) in order.iter().enumerate() {
         places[i] = match fixed[k] {
-            Some(Fixed { point, .. }) => {
-                (outline.points[point], outline.corner[point].map_or(Anchor::Curve, Anchor::Corner))
-            }
-            None => (measured.position(place[k]), Anchor::Curve),
+            Some(Fixed { point, .. }) => GraphNode {
+                position: outline.points[point],
+                anchor: outline.corner[point].map_or(Anchor::Curve, Anchor::Corner),
+            },
+            None => GraphNode { position: measured.position(place[k]), anchor: Anchor::Curve },
         };
     }
     Some(places)
@@ -239,7 +241,7 @@ fn monotone(values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn placed(outline: &BoundaryLoop, nodes: &[DVec3], forced: &[Option<usize>]) -> Option<Vec<(DVec3, Anchor)>> {
+    fn placed(outline: &BoundaryLoop, nodes: &[DVec3], forced: &[Option<usize>]) -> Option<Vec<GraphNode>> {
         places(&RunContext::silent(), outline, nodes, forced).unwrap()
     }
 
@@ -262,16 +264,19 @@ mod tests {
         for (n, shift) in [(4, 0.3), (5, 0.0), (12, 0.7), (40, 0.1)] {
             let outline = square();
             let places = placed(&outline, &ring(n, shift), &vec![None; n]).unwrap();
-            let mut corners: Vec<Anchor> = places.iter().map(|p| p.1).filter(|a| *a != Anchor::Curve).collect();
+            let mut corners: Vec<Anchor> = places.iter().map(|p| p.anchor).filter(|a| *a != Anchor::Curve).collect();
             corners.sort_by_key(|a| format!("{a:?}"));
             assert_eq!(corners.len(), 4);
             corners.dedup();
             assert_eq!(corners.len(), 4, "each corner once");
             // Shoelace: a polygon in order on the loop has its area, but for corners cut off.
-            let twice: f64 =
-                (0..n).map(|i| (places[i].0, places[(i + 1) % n].0)).map(|(a, b)| a.x * b.y - b.x * a.y).sum();
+            let twice: f64 = (0..n)
+                .map(|i| (places[i].position, places[(i + 1) % n].position))
+                .map(|(a, b)| a.x * b.y - b.x * a.y)
+                .sum();
             assert!((twice / 2.0 - 16.0).abs() < 1e-9, "{twice}");
-            let gap = (0..n).map(|i| places[i].0.distance(places[(i + 1) % n].0)).fold(f64::INFINITY, f64::min);
+            let gap =
+                (0..n).map(|i| places[i].position.distance(places[(i + 1) % n].position)).fold(f64::INFINITY, f64::min);
             assert!(gap > 0.1 * 16.0 / n as f64, "{gap}");
         }
     }
@@ -284,8 +289,8 @@ mod tests {
         let mut with_end = outline.clone();
         with_end.corner[6] = Some(99);
         let places = placed(&with_end, &ring(12, 0.0), &forced).unwrap();
-        assert_eq!(places[3], (outline.points[6], Anchor::Corner(99)));
-        assert_eq!(places.iter().filter(|p| p.1 != Anchor::Curve).count(), 5);
+        assert_eq!(places[3], GraphNode { position: outline.points[6], anchor: Anchor::Corner(99) });
+        assert_eq!(places.iter().filter(|p| p.anchor != Anchor::Curve).count(), 5);
         assert!(placed(&outline, &ring(3, 0.0), &[None; 3]).is_none());
     }
 

@@ -16,7 +16,7 @@ pub(crate) enum Tag {
 }
 
 /// A node: where it is and what it must stay on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GraphNode {
     pub(crate) position: DVec3,
     pub(crate) anchor: Anchor,
