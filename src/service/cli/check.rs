@@ -6,12 +6,13 @@ use clap::Args;
 
 use crate::engine::pipeline::Target;
 use crate::engine::run::{RunContext, StopReason};
+use crate::service::cli::failure::Failure;
 use crate::service::cli::files;
 use crate::service::cli::folder::Folder;
+use crate::service::cli::interrupt;
 use crate::service::cli::plan::{quad_format, read_format};
 use crate::service::cli::remesh::report_json;
 use crate::service::cli::spec_flags::SpecFlags;
-use crate::service::cli::{Failure, interrupt};
 use crate::service::config::Config;
 use crate::service::formats::read_quads;
 use crate::service::jobs::EnginePool;

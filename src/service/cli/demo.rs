@@ -9,10 +9,11 @@ use serde::de::DeserializeOwned;
 
 use crate::engine::mesh::shapes::{DEFAULT_SHAPE, sample};
 use crate::service::app::{self, Role};
+use crate::service::cli::failure::Failure;
 use crate::service::cli::files::{Existing, Outputs};
+use crate::service::cli::interrupt;
 use crate::service::cli::sample::write_obj;
 use crate::service::cli::serve::ServeArgs;
-use crate::service::cli::{Failure, interrupt};
 use crate::service::telemetry;
 use crate::service::wire::{JobBody, JobStatus, Problem, ProblemBody, ProblemKind, ReportBody};
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use tempfile::NamedTempFile;
 
-use crate::service::cli::Failure;
+use crate::service::cli::failure::Failure;
 
 /// The name that stands for stdin or stdout.
 const PIPE: &str = "-";

@@ -6,11 +6,12 @@ use clap::Args;
 
 use crate::engine::pipeline::RemeshSpec;
 use crate::engine::run::{RunContext, StopReason};
+use crate::service::cli::failure::Failure;
 use crate::service::cli::files::{self, print};
 use crate::service::cli::folder::Folder;
+use crate::service::cli::interrupt;
 use crate::service::cli::plan::read_format;
 use crate::service::cli::remesh::report_json;
-use crate::service::cli::{Failure, interrupt};
 use crate::service::config::Config;
 use crate::service::jobs::EnginePool;
 use crate::service::run::{ContentsBody, Input, InspectionBody, SurfaceBody, inspect_file, read_limits};

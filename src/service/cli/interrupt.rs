@@ -4,7 +4,7 @@ use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::engine::run::{RunContext, StopReason};
-use crate::service::cli::Failure;
+use crate::service::cli::failure::Failure;
 
 /// Exit code after an interruption.
 pub(super) const INTERRUPTED: u8 = 130;

@@ -5,6 +5,7 @@
 
 mod check;
 mod demo;
+mod failure;
 mod files;
 mod folder;
 mod inspect;
@@ -14,6 +15,7 @@ mod places;
 mod plan;
 mod progress;
 mod remesh;
+mod remesh_args;
 mod sample;
 mod serve;
 mod spec_flags;
@@ -21,9 +23,7 @@ mod talk;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-
-use crate::service::wire::Problem;
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// A triangle mesh in, a parameterisation and a certified pure quad mesh out.
 #[derive(Debug, Parser)]
@@ -42,7 +42,7 @@ enum Command {
     /// A worker only, on the configured database and store
     Worker(serve::ServeArgs),
     /// Remesh a file without a server
-    Remesh(Box<remesh::RemeshArgs>),
+    Remesh(Box<remesh_args::RemeshArgs>),
     /// Check quads against the surface they were made for; the certificate as JSON
     Check(check::CheckArgs),
     /// Say what a mesh file holds and what is wrong with it
@@ -59,48 +59,6 @@ enum Command {
     Man(packaging::ManArgs),
 }
 
-/// Why a command ends without success.
-#[derive(Debug)]
-enum Failure {
-    /// A wrong command line or something that can be judged before any work.
-    Usage(String),
-    /// A file that cannot be read.
-    Input(String),
-    /// A result that cannot be written.
-    Output(String),
-    /// Told already; only the exit code is left.
-    Reported(u8),
-    /// A problem of the run.
-    Problem(Problem),
-}
-
-impl From<Problem> for Failure {
-    fn from(problem: Problem) -> Self {
-        Failure::Problem(problem)
-    }
-}
-
-impl Failure {
-    fn exit_code(&self) -> u8 {
-        match self {
-            Failure::Usage(_) => 2,
-            Failure::Input(_) => 3,
-            Failure::Output(_) => 4,
-            Failure::Reported(code) => *code,
-            Failure::Problem(problem) => problem.kind.exit_code(),
-        }
-    }
-
-    /// One line for people.
-    fn line(&self) -> Option<String> {
-        match self {
-            Failure::Usage(line) | Failure::Input(line) | Failure::Output(line) => Some(line.replace('\n', " ")),
-            Failure::Reported(_) => None,
-            Failure::Problem(problem) => Some(problem.to_string().replace('\n', " ")),
-        }
-    }
-}
-
 /// Runs the command of this process.
 pub fn main() -> ExitCode {
     let outcome = match CommandLine::parse().command {
@@ -113,8 +71,8 @@ pub fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(args),
         Command::Spec => spec_flags::print_table(),
         Command::Openapi => serve::openapi(),
-        Command::Completions(args) => packaging::completions(&args),
-        Command::Man(args) => packaging::man(&args),
+        Command::Completions(args) => packaging::completions(&args, CommandLine::command()),
+        Command::Man(args) => packaging::man(&args, CommandLine::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -133,7 +91,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        use clap::CommandFactory;
         CommandLine::command().debug_assert();
     }
 }

@@ -3,11 +3,12 @@
 use std::io::Error;
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 use clap_mangen::{Man, generate_to};
 
-use crate::service::cli::{CommandLine, Failure, files};
+use crate::service::cli::failure::Failure;
+use crate::service::cli::files;
 
 /// Name of the program in scripts and pages.
 const NAME: &str = "quadrille";
@@ -27,19 +28,19 @@ pub(super) struct ManArgs {
     output: Option<PathBuf>,
 }
 
-pub(super) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
+pub(super) fn completions(args: &CompletionsArgs, mut program: Command) -> Result<(), Failure> {
     let mut script = Vec::new();
-    generate(args.shell, &mut CommandLine::command(), NAME, &mut script);
+    generate(args.shell, &mut program, NAME, &mut script);
     files::print(script)
 }
 
-pub(super) fn man(args: &ManArgs) -> Result<(), Failure> {
+pub(super) fn man(args: &ManArgs, program: Command) -> Result<(), Failure> {
     let Some(folder) = &args.output else {
         let mut page = Vec::new();
         let cannot = |error: Error| Failure::Output(format!("cannot write the manual page: {error}"));
-        Man::new(CommandLine::command()).render(&mut page).map_err(cannot)?;
+        Man::new(program).render(&mut page).map_err(cannot)?;
         return files::print(page);
     };
     let cannot = |error: Error| Failure::Output(format!("cannot write to {}: {error}", folder.display()));
-    std::fs::create_dir_all(folder).and_then(|()| generate_to(CommandLine::command(), folder)).map_err(cannot)
+    std::fs::create_dir_all(folder).and_then(|()| generate_to(program, folder)).map_err(cannot)
 }

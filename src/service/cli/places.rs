@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::service::cli::Failure;
+use crate::service::cli::failure::Failure;
 use crate::service::cli::files::is_pipe;
 
 /// What stands for the name of the input.

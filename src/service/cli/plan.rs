@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::service::cli::Failure;
+use crate::service::cli::failure::Failure;
 use crate::service::cli::files::{self, extension};
 use crate::service::cli::places::{is_folder, is_for_many, make_folder, place};
-use crate::service::cli::remesh::RemeshArgs;
+use crate::service::cli::remesh_args::RemeshArgs;
 use crate::service::formats::{Format, MapFormat, QuadFormat};
 
 /// One input and what is made of it.

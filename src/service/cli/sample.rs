@@ -7,7 +7,7 @@ use clap::Args;
 
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::shapes::{SHAPES, sample};
-use crate::service::cli::Failure;
+use crate::service::cli::failure::Failure;
 use crate::service::cli::files::{self, Outputs, Overwrite};
 
 /// Most triangles that are made.

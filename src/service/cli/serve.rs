@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::service::app::{self, AppError, Role};
-use crate::service::cli::{Failure, files::print, interrupt};
+use crate::service::cli::failure::Failure;
+use crate::service::cli::files::print;
+use crate::service::cli::interrupt;
 use crate::service::config::{Config, Override};
-use crate::service::{http, telemetry};
+use crate::service::http;
+use crate::service::telemetry;
 
 /// Arguments of `serve` and `worker`: the configuration.
 #[derive(Debug, Default, Args)]

@@ -10,7 +10,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
-use crate::service::cli::{Failure, files};
+use crate::service::cli::failure::Failure;
+use crate::service::cli::files;
 use crate::service::wire::{FIELDS, Field, Flag, FlagText, Problem, ResolvedSpec, SPEC_BYTES, SpecTable};
 
 const SPEC: &str = "spec";

@@ -9,8 +9,6 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use super::beside::Beside;
 use super::error::ReadError;
 use super::format::Format;
-use super::model::Model;
-use super::read::read_single;
 use super::soup_builder::{ReadLimits, within};
 
 const ZIP: &str = "zip";
@@ -23,17 +21,27 @@ const MAX_ENTRIES: u64 = 10_000;
 
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
-/// Reads the one mesh in an archive.
+/// The one mesh in an archive, unpacked.
+pub(super) struct Unpacked<'a> {
+    pub(super) bytes: Vec<u8>,
+    pub(super) format: Format,
+    /// The other entries of its folder.
+    pub(super) beside: Folder<'a>,
+    /// What is left of the limits.
+    pub(super) limits: ReadLimits,
+}
+
+/// Unpacks the one mesh in an archive.
 ///
 /// # Errors
 /// With the name of the entry.
-pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Model, ReadError> {
+pub(super) fn open<'a>(bytes: &'a [u8], limits: &ReadLimits) -> Result<Unpacked<'a>, ReadError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| broken("archive", &error))?;
     let (index, name, format) = main_file(&mut archive)?;
-    let main = unpack(&mut archive, index, limits.max_bytes_unpacked)?;
-    let limits = ReadLimits { max_bytes_unpacked: limits.max_bytes_unpacked - main.len() as u64, ..*limits };
-    let folder = name.rfind('/').map_or("", |slash| &name[..=slash]);
-    read_single(&main, format, &Folder { archive: Mutex::new(archive), folder }, &limits)
+    let bytes = unpack(&mut archive, index, limits.max_bytes_unpacked)?;
+    let limits = ReadLimits { max_bytes_unpacked: limits.max_bytes_unpacked - bytes.len() as u64, ..*limits };
+    let folder = name.rfind('/').map_or("", |slash| &name[..=slash]).to_owned();
+    Ok(Unpacked { bytes, format, beside: Folder { archive: Mutex::new(archive), folder }, limits })
 }
 
 /// Packs files that belong together, as they are, into an archive from which they are read: how a mesh and what lies
@@ -118,9 +126,9 @@ fn broken(place: &str, error: &zip::result::ZipError) -> ReadError {
 
 /// The files beside the main one.
 #[derive(Debug)]
-struct Folder<'a> {
+pub(super) struct Folder<'a> {
     archive: Mutex<Archive<'a>>,
-    folder: &'a str,
+    folder: String,
 }
 
 impl Beside for Folder<'_> {
@@ -136,6 +144,8 @@ impl Beside for Folder<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::beside::Alone;
+    use super::super::read::read_model;
     use super::*;
     use crate::engine::mesh::TriangleSoup;
 
@@ -151,7 +161,11 @@ mod tests {
     }
 
     fn read_all(bytes: &[u8]) -> Result<TriangleSoup, ReadError> {
-        read(bytes, &ReadLimits::default()).map(|model| model.soup)
+        read_within(bytes, &ReadLimits::default())
+    }
+
+    fn read_within(bytes: &[u8], limits: &ReadLimits) -> Result<TriangleSoup, ReadError> {
+        read_model(bytes, Some(Format::Zip), &Alone, limits).map(|model| model.soup)
     }
 
     fn with_buffer(uri: &str) -> String {
@@ -228,7 +242,7 @@ mod tests {
         assert!(bomb.len() < 100_000);
         assert!(matches!(read_all(&bomb), Err(ReadError::TooLarge { claimed: 20_971_520, .. })));
         let few = ReadLimits { max_bytes_unpacked: 20, ..ReadLimits::default() };
-        let error = read(&archive(&[("x.obj", TRIANGLE)]), &few).unwrap_err();
+        let error = read_within(&archive(&[("x.obj", TRIANGLE)]), &few).unwrap_err();
         assert_eq!(error, ReadError::TooLarge { what: "bytes unpacked", claimed: 32, limit: 20 });
     }
 

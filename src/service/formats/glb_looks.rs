@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value, json};
 
+use super::glb_file::File;
 use super::looks::{Look, Looks};
-use super::quads_glb::File;
 use crate::engine::attributes::QuadAttributes;
 
 /// Materials as JSON.

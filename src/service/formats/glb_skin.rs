@@ -3,8 +3,8 @@
 use serde_json::Value;
 use serde_json::json;
 
+use super::glb_file::File;
 use super::model::{NodeTransform, Skeleton, SkeletonNode};
-use super::quads_glb::File;
 use crate::engine::mesh::Influences;
 
 /// Appends joints and weights of vertices; gives the accessors of `JOINTS_0` and `WEIGHTS_0`.

@@ -1,28 +1,10 @@
 //! Writing parameterisations.
 
-use glam::DVec3;
-
 use super::format::MapFormat;
+use super::map_view::MapView;
 use super::precision::Shortest;
 use super::text_writer::push_line;
 use super::{map_glb, map_json};
-use crate::engine::parameterize::GridMap;
-use crate::engine::pipeline::Singularity;
-
-/// A parameterisation to write.
-#[derive(Clone, Copy, Debug)]
-pub struct MapView<'a> {
-    /// Vertices of the working mesh in model units.
-    pub positions: &'a [DVec3],
-    /// Its triangles.
-    pub faces: &'a [[u32; 3]],
-    /// The map, for the corners and halfedges of these triangles.
-    pub grid: &'a GridMap,
-    /// Grid units per model unit.
-    pub scale: f64,
-    /// The singularities.
-    pub singularities: &'a [Singularity],
-}
 
 /// Writes a parameterisation: vertices and triangles in their order, and per corner its coordinates in grid units
 /// (1 = one quad edge) in the chart of its triangle.
@@ -57,13 +39,14 @@ fn write_obj(map: &MapView<'_>) -> Vec<u8> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use glam::{DVec2, I64Vec2};
+    use glam::{DVec2, DVec3, I64Vec2};
 
     use super::super::format::Format;
     use super::super::read::read_soup;
     use super::super::soup_builder::ReadLimits;
     use super::*;
-    use crate::engine::parameterize::{Iso, rotate};
+    use crate::engine::parameterize::{GridMap, Iso, rotate};
+    use crate::engine::pipeline::Singularity;
 
     /// Two triangles over a square whose second chart is turned by one quarter and moved.
     pub(in super::super) fn square() -> (Vec<DVec3>, Vec<[u32; 3]>, GridMap) {

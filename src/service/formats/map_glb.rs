@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use super::glb_container;
-use super::map::MapView;
-use super::quads_glb::{asset, push_positions};
+use super::glb_file::{asset, push_positions};
+use super::map_view::MapView;
 
 /// Three vertices per triangle, so that every corner has its own coordinates.
 pub(super) fn write(map: &MapView<'_>) -> Vec<u8> {

@@ -3,7 +3,7 @@
 use glam::I64Vec2;
 use serde::Serialize;
 
-use super::map::MapView;
+use super::map_view::MapView;
 
 #[derive(Serialize)]
 struct Map<'a> {

@@ -29,18 +29,16 @@ pub fn read_model(
     limits: &ReadLimits,
 ) -> Result<Model, ReadError> {
     match format.or_else(|| Format::sniff(bytes)).ok_or(ReadError::UnknownFormat)? {
-        Format::Zip => archive::read(bytes, limits),
+        Format::Zip => {
+            let mesh = archive::open(bytes, limits)?;
+            read_single(&mesh.bytes, mesh.format, &mesh.beside, &mesh.limits)
+        }
         format => read_single(bytes, format, beside, limits),
     }
 }
 
 /// Reads a file that is no archive.
-pub(super) fn read_single(
-    bytes: &[u8],
-    format: Format,
-    beside: &dyn Beside,
-    limits: &ReadLimits,
-) -> Result<Model, ReadError> {
+fn read_single(bytes: &[u8], format: Format, beside: &dyn Beside, limits: &ReadLimits) -> Result<Model, ReadError> {
     match format {
         Format::Obj => obj::read(bytes, limits),
         Format::Ply => ply::read(bytes, limits).map(Model::from),

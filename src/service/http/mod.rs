@@ -23,6 +23,7 @@ mod openapi;
 mod pages;
 mod problem;
 mod query;
+mod readiness;
 mod router;
 mod several;
 mod spec;
@@ -33,6 +34,6 @@ mod view;
 
 pub use access::Access;
 pub use connections::serve;
-pub use health::Readiness;
+pub use readiness::Readiness;
 pub use router::{openapi_json, router};
 pub use state::HttpState;

@@ -10,7 +10,7 @@ use std::fmt;
 use serde::de::{DeserializeOwned, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
-use crate::service::wire::Violation;
+use crate::service::wire::violation::Violation;
 
 /// Most fields that an object may have: far above every object that is known.
 const MOST_FIELDS: usize = 100;

@@ -6,21 +6,24 @@
 
 mod fields;
 mod job;
+mod level;
 mod problem;
 mod report;
 mod spec;
+mod violation;
 mod warning;
 
 pub(in crate::service) use fields::Fields;
 pub use job::{InputBody, JobBody, JobList, JobStatus, ResultBody, Urls};
-pub use problem::{Figures, Problem, ProblemBody, ProblemKind, Violation, problem_of_fault};
+pub use level::LevelName;
+pub use problem::{Figures, Problem, ProblemBody, ProblemKind, problem_of_fault};
 pub use report::{
-    FeaturesReportBody, InputReportBody, LevelName, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody,
-    Spread,
+    FeaturesReportBody, InputReportBody, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody, Spread,
 };
 pub use spec::{
     Accept, Axis, Choice, JobOptions, MethodName, Named, Output, ResolvedSpec, SPEC_BYTES, SpecDocument, SpecSummary,
     SpecTable, SymmetryAxis,
 };
 pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText, defaults_of, own_schema};
+pub use violation::Violation;
 pub use warning::WarningBody;

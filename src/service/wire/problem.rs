@@ -5,7 +5,8 @@ use utoipa::ToSchema;
 
 use crate::engine::run::{Blame, Cancelled, Fault, Stage, StopReason};
 use crate::service::formats::ReadError;
-use crate::service::wire::LevelName;
+use crate::service::wire::level::LevelName;
+use crate::service::wire::violation::Violation;
 
 /// Most offending elements that a problem lists.
 const MAX_ELEMENTS: usize = 20;
@@ -113,22 +114,6 @@ impl ProblemKind {
     /// The kind with this `type` URI.
     pub fn from_type_uri(uri: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|kind| kind.type_uri() == uri)
-    }
-}
-
-/// One field that cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-pub struct Violation {
-    /// JSON pointer to the field; empty for the whole document.
-    pub pointer: String,
-    /// What is wrong and what is allowed.
-    pub message: String,
-}
-
-impl Violation {
-    /// A violation at a JSON pointer.
-    pub fn new(pointer: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { pointer: pointer.into(), message: message.into() }
     }
 }
 

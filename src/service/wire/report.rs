@@ -3,50 +3,11 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use utoipa::openapi::{RefOr, Schema};
-use utoipa::{PartialSchema, ToSchema};
+use utoipa::ToSchema;
 
-use crate::engine::pipeline::{FeatureReport, InputReport, Level, MapReport, QuadReport, Report, RunFindings};
-use crate::service::wire::spec::choice::{Choice, choice_schema};
+use crate::engine::pipeline::{FeatureReport, InputReport, MapReport, QuadReport, Report, RunFindings};
+use crate::service::wire::level::LevelName;
 use crate::service::wire::{Axis, Named, SymmetryAxis, WarningBody};
-
-/// Where quads come from; the names and what they mean are in `wire/spec/names.rs`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the line above says where each is explained")]
-pub enum LevelName {
-    L0,
-    L1,
-    L2,
-    L3,
-    L4,
-}
-
-impl LevelName {
-    /// As in JSON.
-    pub fn name(self) -> &'static str {
-        Choice::name(self)
-    }
-}
-
-impl PartialSchema for LevelName {
-    fn schema() -> RefOr<Schema> {
-        choice_schema::<Self>()
-    }
-}
-
-impl ToSchema for LevelName {}
-
-impl From<Level> for LevelName {
-    fn from(level: Level) -> Self {
-        match level {
-            Level::L0 => LevelName::L0,
-            Level::L1 => LevelName::L1,
-            Level::L2 => LevelName::L2,
-            Level::L3 => LevelName::L3,
-            Level::L4 => LevelName::L4,
-        }
-    }
-}
 
 /// The report of one run. Angles in degrees, distances relative to the bounding-box diagonal, RSD = standard
 /// deviation / mean.

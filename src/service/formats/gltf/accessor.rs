@@ -4,8 +4,8 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 
 use super::super::error::ReadError;
-use super::document::{Document, missing};
-use super::malformed;
+use super::document::Document;
+use super::fault::{GLTF, malformed, missing};
 
 /// An accessor whose ranges are proved to lie in its buffers. Nothing is read or allocated yet.
 #[derive(Debug)]
@@ -141,7 +141,7 @@ impl<'a> Accessor<'a> {
 
     fn out_of_range(&self, index: u32, count: usize) -> ReadError {
         let (place, index, count) = (self.place.clone(), i64::from(index), count as u64);
-        ReadError::IndexOutOfRange { format: super::GLTF, place, index, count }
+        ReadError::IndexOutOfRange { format: GLTF, place, index, count }
     }
 
     fn component(&self, from: Strided<'_>, i: usize, c: usize) -> f64 {

@@ -3,16 +3,21 @@
 use std::cell::{Cell, OnceCell};
 
 use gltf::json::Root;
+use serde_json::Value;
 
 use super::super::beside::Beside;
 use super::super::error::ReadError;
 use super::super::glb_container;
 use super::super::soup_builder::{ReadLimits, within};
-use super::{GLTF, draco, malformed, meshopt, uri};
+use super::draco_cache::DracoCache;
+use super::fault::{malformed, missing};
+use super::{meshopt, uri};
+
+/// The extension of primitives that are compressed.
+pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 
 /// Extensions that change how the surface is stored.
-const GEOMETRY: [&str; 4] =
-    ["KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_meshopt_compression", draco::EXTENSION];
+const GEOMETRY: [&str; 4] = ["KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_meshopt_compression", DRACO];
 
 /// Extensions that change nothing about where the surface is.
 const HARMLESS: [&str; 9] = [
@@ -40,7 +45,7 @@ pub(super) struct Document<'a> {
     /// Views that had to be decompressed.
     decompressed: Vec<OnceCell<Vec<u8>>>,
     unpacked: Cell<u64>,
-    pub(super) draco: draco::Cache,
+    pub(super) draco: DracoCache,
 }
 
 /// The bytes of a buffer view.
@@ -77,7 +82,7 @@ impl<'a> Document<'a> {
             loaded,
             decompressed,
             unpacked: Cell::new(0),
-            draco: draco::Cache::default(),
+            draco: DracoCache::default(),
         })
     }
 
@@ -138,7 +143,7 @@ impl<'a> Document<'a> {
             let bytes = match self.decompressed[i].get() {
                 Some(bytes) => bytes,
                 None => {
-                    let bytes = meshopt::decompress(self, extension, &place)?;
+                    let bytes = self.decompress(extension, &place)?;
                     self.decompressed[i].get_or_init(|| bytes)
                 }
             };
@@ -147,13 +152,17 @@ impl<'a> Document<'a> {
         let offset = json.byte_offset.map_or(0, |offset| offset.0);
         Ok(View { bytes: self.slice(json.buffer.value(), offset, json.byte_length.0, &place)?, stride })
     }
+
+    /// The bytes of a compressed view; they count as unpacked.
+    fn decompress(&self, extension: &Value, place: &str) -> Result<Vec<u8>, ReadError> {
+        let compressed = meshopt::Compressed::read(extension, place)?;
+        let encoded = self.slice(compressed.buffer, compressed.offset, compressed.length, place)?;
+        compressed.judge(&self.limits)?;
+        self.unpack(compressed.unpacked_bytes())?;
+        compressed.decode(encoded, place)
+    }
 }
 
 fn is_known(name: &str) -> bool {
     GEOMETRY.contains(&name) || HARMLESS.iter().any(|harmless| name.starts_with(harmless))
-}
-
-/// The error of an index that leads nowhere.
-pub(super) fn missing(from: &str, what: &str, i: usize) -> ReadError {
-    ReadError::Malformed { format: GLTF, place: from.to_owned(), cause: format!("there is no {what} {i}") }
 }

@@ -1,7 +1,5 @@
 //! Primitives compressed with `KHR_draco_mesh_compression`.
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use draco_core::{DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute};
@@ -10,27 +8,8 @@ use serde_json::Value;
 use super::super::error::ReadError;
 use super::super::soup_builder::SoupBuilder;
 use super::document::Document;
-use super::malformed;
-
-/// Name of the extension.
-pub(super) const EXTENSION: &str = "KHR_draco_mesh_compression";
-
-/// What was decompressed so far, by the pointer of the primitive: instances of a mesh share it.
-pub(super) type Cache = RefCell<BTreeMap<String, Rc<Decoded>>>;
-
-/// A decompressed primitive.
-#[derive(Debug)]
-pub(super) struct Decoded {
-    /// Three per vertex.
-    pub(super) positions: Vec<f64>,
-    pub(super) colours: Option<Vec<[f32; 4]>>,
-    /// With v upwards.
-    pub(super) uv: Option<Vec<[f32; 2]>>,
-    /// Four joint numbers and four weights per vertex.
-    pub(super) influences: Option<(Vec<f64>, Vec<f64>)>,
-    /// In range.
-    pub(super) triangles: Vec<[u32; 3]>,
-}
+use super::draco_cache::Decoded;
+use super::fault::{GLTF, malformed};
 
 /// Decompresses a primitive.
 ///
@@ -112,7 +91,7 @@ fn decompress(
     let triangles: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|point| point.0)).collect();
     if let Some(&index) = triangles.iter().flatten().find(|&&v| v as usize >= n) {
         let (place, index, count) = (place.to_owned(), i64::from(index), n as u64);
-        return Err(ReadError::IndexOutOfRange { format: super::GLTF, place, index, count });
+        return Err(ReadError::IndexOutOfRange { format: GLTF, place, index, count });
     }
     let positions = position.read_f32s(n, 3).into_iter().map(f64::from).collect();
     Ok(Decoded { positions, colours, uv, influences, triangles })

@@ -7,7 +7,7 @@ use gltf::json::validation::Checked;
 use super::super::error::ReadError;
 use super::accessor::Accessor;
 use super::document::Document;
-use super::malformed;
+use super::fault::malformed;
 use crate::engine::mesh::Influences;
 
 /// Sets of four that are read; more are not seen in the field.

@@ -12,8 +12,8 @@ use super::super::error::ReadError;
 use super::super::looks::{Encoding, Image, Look, Looks, Texture};
 use super::super::soup_builder::within;
 use super::document::Document;
+use super::fault::{GLTF, malformed};
 use super::material::{self, TEXTURE_TRANSFORM};
-use super::{GLTF, malformed};
 use crate::engine::run::{Warning, WarningKind};
 
 /// Images of more bytes than this would leave no room for the quads in the 4 GiB that a GLB can have.

@@ -7,9 +7,8 @@ use meshopt::{
 use serde_json::Value;
 
 use super::super::error::ReadError;
-use super::super::soup_builder::within;
-use super::document::Document;
-use super::malformed;
+use super::super::soup_builder::{ReadLimits, within};
+use super::fault::malformed;
 
 /// The extension of a compressed view.
 pub(super) fn extension(view: &buffer::View) -> Option<&Value> {
@@ -17,40 +16,74 @@ pub(super) fn extension(view: &buffer::View) -> Option<&Value> {
     extensions.get("EXT_meshopt_compression").or_else(|| extensions.get("KHR_meshopt_compression"))
 }
 
-/// The bytes of a compressed view.
-///
-/// # Errors
-/// With the place of the view.
-pub(super) fn decompress(document: &Document<'_>, extension: &Value, place: &str) -> Result<Vec<u8>, ReadError> {
-    let number = |name: &str| extension.get(name).and_then(Value::as_u64);
-    let needed = |name: &str| number(name).ok_or_else(|| malformed(place, format!("compressed without {name}")));
-    let (count, stride) = (needed("count")?, needed("byteStride")?);
-    let buffer = usize::try_from(needed("buffer")?).map_err(|_| malformed(place, "no such buffer"))?;
-    let encoded = document.slice(buffer, number("byteOffset").unwrap_or(0), needed("byteLength")?, place)?;
-    let mode = extension.get("mode").and_then(Value::as_str).unwrap_or_default();
-    let filter = extension.get("filter").and_then(Value::as_str).unwrap_or("NONE");
-    if mode == "ATTRIBUTES" {
-        within("vertices", count, document.limits.max_vertices)?;
-    } else {
-        within("indices", count, document.limits.max_polygons.saturating_mul(3))?;
+/// What the extension says about a compressed view.
+pub(super) struct Compressed<'a> {
+    /// Where its bytes are.
+    pub(super) buffer: usize,
+    pub(super) offset: u64,
+    pub(super) length: u64,
+    count: u64,
+    stride: u64,
+    mode: &'a str,
+    filter: &'a str,
+}
+
+impl<'a> Compressed<'a> {
+    /// # Errors
+    /// With the place of the view.
+    pub(super) fn read(extension: &'a Value, place: &str) -> Result<Self, ReadError> {
+        let number = |name: &str| extension.get(name).and_then(Value::as_u64);
+        let needed = |name: &str| number(name).ok_or_else(|| malformed(place, format!("compressed without {name}")));
+        Ok(Self {
+            count: needed("count")?,
+            stride: needed("byteStride")?,
+            buffer: usize::try_from(needed("buffer")?).map_err(|_| malformed(place, "no such buffer"))?,
+            offset: number("byteOffset").unwrap_or(0),
+            length: needed("byteLength")?,
+            mode: extension.get("mode").and_then(Value::as_str).unwrap_or_default(),
+            filter: extension.get("filter").and_then(Value::as_str).unwrap_or("NONE"),
+        })
     }
-    document.unpack(count.saturating_mul(stride))?;
-    let (n, broken) = (count as usize, || malformed(place, "the compressed bytes are broken"));
-    match (mode, stride, filter) {
-        ("ATTRIBUTES", 4..=256, _) if stride.is_multiple_of(4) => {
-            let words = decode_words(encoded, n, stride as usize / 4).ok_or_else(broken)?;
-            filtered(words, stride, filter, place)
+
+    /// Whether as many elements are allowed as it says it has.
+    pub(super) fn judge(&self, limits: &ReadLimits) -> Result<(), ReadError> {
+        if self.mode == "ATTRIBUTES" {
+            within("vertices", self.count, limits.max_vertices)
+        } else {
+            within("indices", self.count, limits.max_polygons.saturating_mul(3))
         }
-        // The decoder asserts whole triangles.
-        ("TRIANGLES", 2, "NONE") if n.is_multiple_of(3) => {
-            Ok(bytes_of_u16(&decode_index_buffer(encoded, n).map_err(|_| broken())?))
+    }
+
+    pub(super) fn unpacked_bytes(&self) -> u64 {
+        self.count.saturating_mul(self.stride)
+    }
+
+    /// The bytes of the view.
+    ///
+    /// # Errors
+    /// With the place of the view.
+    pub(super) fn decode(&self, encoded: &[u8], place: &str) -> Result<Vec<u8>, ReadError> {
+        let Self { mode, stride, filter, .. } = *self;
+        let (n, broken) = (self.count as usize, || malformed(place, "the compressed bytes are broken"));
+        match (mode, stride, filter) {
+            ("ATTRIBUTES", 4..=256, _) if stride.is_multiple_of(4) => {
+                let words = decode_words(encoded, n, stride as usize / 4).ok_or_else(broken)?;
+                filtered(words, stride, filter, place)
+            }
+            // The decoder asserts whole triangles.
+            ("TRIANGLES", 2, "NONE") if n.is_multiple_of(3) => {
+                Ok(bytes_of_u16(&decode_index_buffer(encoded, n).map_err(|_| broken())?))
+            }
+            ("TRIANGLES", 4, "NONE") if n.is_multiple_of(3) => {
+                Ok(bytes_of_u32(&decode_index_buffer(encoded, n).map_err(|_| broken())?))
+            }
+            ("INDICES", 2, "NONE") => Ok(bytes_of_u16(&decode_index_sequence(encoded, n).map_err(|_| broken())?)),
+            ("INDICES", 4, "NONE") => Ok(bytes_of_u32(&decode_index_sequence(encoded, n).map_err(|_| broken())?)),
+            _ => {
+                let cause = format!("no compression of mode {mode:?}, byteStride {stride}, filter {filter:?}");
+                Err(malformed(place, cause))
+            }
         }
-        ("TRIANGLES", 4, "NONE") if n.is_multiple_of(3) => {
-            Ok(bytes_of_u32(&decode_index_buffer(encoded, n).map_err(|_| broken())?))
-        }
-        ("INDICES", 2, "NONE") => Ok(bytes_of_u16(&decode_index_sequence(encoded, n).map_err(|_| broken())?)),
-        ("INDICES", 4, "NONE") => Ok(bytes_of_u32(&decode_index_sequence(encoded, n).map_err(|_| broken())?)),
-        _ => Err(malformed(place, format!("no compression of mode {mode:?}, byteStride {stride}, filter {filter:?}"))),
     }
 }
 

@@ -8,6 +8,8 @@ mod accessor;
 mod bind;
 mod document;
 mod draco;
+mod draco_cache;
+mod fault;
 mod influences;
 mod looks;
 mod material;
@@ -29,10 +31,9 @@ use super::soup_builder::{ReadLimits, SoupBuilder};
 use crate::engine::run::{Warning, WarningKind};
 use bind::Binder;
 use document::Document;
+use fault::GLTF;
 use primitive::Shared;
 use scene::Instance;
-
-const GLTF: &str = "glTF";
 
 /// Reads all instances of all meshes of the default scene: their polygons, what their nodes are called, and the joints
 /// that move them.
@@ -75,10 +76,6 @@ fn left_behind(root: &Root) -> Vec<Warning> {
     let second = has_second.then_some("of several sets of texture coordinates only the first is carried to the quads");
     let lost = animations.into_iter().chain(targets).chain(second).map(str::to_owned);
     lost.map(|what| WarningKind::AttributesLost { what }.into()).collect()
-}
-
-fn malformed(place: impl Into<String>, cause: impl Into<String>) -> ReadError {
-    ReadError::malformed(GLTF, place, cause)
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use super::super::ngon;
 use super::super::soup_builder::SoupBuilder;
 use super::accessor::Accessor;
 use super::bind::{Binder, Place};
-use super::document::{Document, missing};
-use super::malformed;
+use super::document::{DRACO, Document};
+use super::fault::{malformed, missing};
 use super::scene::Instance;
 use super::values::{read_colours, read_normals, read_order, read_uv};
 use super::{draco, influences};
@@ -88,7 +88,7 @@ pub(super) fn append_mesh(
         }
         name_material(document, primitive, &at, builder)?;
         let place = binder.place(instance, primitive)?;
-        if let Some(extension) = extension(primitive, draco::EXTENSION) {
+        if let Some(extension) = extension(primitive, DRACO) {
             let decoded = draco::decode(document, extension, &at, builder)?;
             let (positions, colours) = (&decoded.positions, decoded.colours.as_deref());
             let count = positions.len() / 3;

@@ -5,8 +5,7 @@ use gltf::json::{Node, Root};
 
 use super::super::error::ReadError;
 use super::super::model::{NodeTransform, SkeletonNode, cut};
-use super::document::missing;
-use super::malformed;
+use super::fault::{malformed, missing};
 use super::matrix::by_columns;
 
 /// A mesh at a place of the scene.

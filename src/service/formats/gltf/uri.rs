@@ -9,7 +9,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurposeConfig};
 
 use super::super::beside::Beside;
 use super::super::error::ReadError;
-use super::malformed;
+use super::fault::malformed;
 
 /// The bytes behind a URI, at most `limit` of them.
 pub(super) fn load(uri: &str, beside: &dyn Beside, place: &str, limit: u64) -> Result<Vec<u8>, ReadError> {

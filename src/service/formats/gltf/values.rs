@@ -4,7 +4,7 @@ use super::super::error::ReadError;
 use super::super::soup_builder::UNSAID;
 use super::accessor::Accessor;
 use super::document::Document;
-use super::malformed;
+use super::fault::malformed;
 
 pub(super) fn read_colours(
     document: &Document<'_>,

@@ -1,6 +1,7 @@
 //! The shape of the report.
 
 use super::*;
+use crate::engine::pipeline::Level;
 
 #[test]
 fn the_shape_is_the_contracts() {

@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::engine::pipeline::{Align, Boundary, Effort, NonOrientable, Optimise, Preserve, WorkingMesh};
-use crate::service::wire::LevelName;
-use crate::service::wire::spec::choice::{Chosen, choices};
+use crate::service::wire::spec::choice::{Chosen, Named, choices};
 
 choices! { Effort as "EffortName": "How much work may be spent beyond the first attempt at a component, in units that do \
                                    not depend on the machine.", later [];
@@ -52,14 +51,6 @@ choices! { Output as "OutputName": "Kind of the resulting mesh.", later ["domina
     Pure = "pure": "Quads only.";
 }
 
-choices! { LevelName as "LevelName": "Where quads come from; higher levels are fallbacks.", later [];
-    L0 = "L0": "Field and map.";
-    L1 = "L1": "Seamless map.";
-    L2 = "L2": "Layout.";
-    L3 = "L3": "Paired triangles of an isotropic remesh.";
-    L4 = "L4": "Every triangle of a remesh split into three quads.";
-}
-
 /// A mirror plane of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Axis {
@@ -96,6 +87,9 @@ impl Chosen for Axis {
         held.iter().filter_map(|&index| Axis::of_index(index)).collect()
     }
 }
+
+/// An axis by name, as in a report.
+pub type SymmetryAxis = Named<Axis>;
 
 /// An attribute of the input that can be carried to the quads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,12 +3,12 @@
 
 use crate::engine::pipeline::{Align, Boundary, Effort, NonOrientable, Optimise, WorkingMesh};
 use crate::service::wire::LevelName;
-use crate::service::wire::spec::choice::{one_of, some_of};
 use crate::service::wire::spec::field::{Field, Flag, Group, Kind, field};
 use crate::service::wire::spec::kinds::{Maybe, Number, Switch, Whole};
 use crate::service::wire::spec::lists::{Edges, Labels, Strokes};
 use crate::service::wire::spec::method::{OneMethod, PARAMETERS};
 use crate::service::wire::spec::names::{Attribute, Axis, Output};
+use crate::service::wire::spec::one_of::{one_of, some_of};
 use crate::service::wire::spec::target::Density;
 
 /// Objects of fields; the fields of one stand together in the table.

@@ -4,7 +4,8 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::engine::pipeline::Preserve;
+use crate::engine::pipeline::{Boundary, Preserve, RemeshSpec, Target};
+use crate::service::wire::{LevelName, Violation};
 
 fn resolve(spec: &Value) -> Result<ResolvedSpec, Vec<Violation>> {
     ResolvedSpec::from_json(spec.to_string().as_bytes()).map_err(|problem| problem.errors)
