@@ -3,7 +3,8 @@
 //! The engine tells shares of work and has no clock. The speed is taken over the whole run so far and over its last part:
 //! the first evens out stages that were cheaper or dearer than expected, the second notices that the rest of the run goes
 //! at another pace. The first counts for more until near the end: a slow stretch is mostly one stage that was dearer on
-//! this model, and says little of the stages after it. What is told is evened out once more, as the moment at which the run will be over.
+//! this model, and says little of the stages after it. The result is smoothed once more, as the moment at which the run
+//! will be over.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -25,7 +26,7 @@ const REMEMBERED: usize = 256;
 pub(in crate::service) struct TimeLeft {
     /// Seconds and share of the work, oldest first.
     past: VecDeque<(f64, f64)>,
-    /// When the run will be over, in seconds from its start, and when that was said.
+    /// When the run will be over, in seconds from its start, and when that was estimated.
     end: Option<(f64, f64)>,
 }
 
@@ -54,7 +55,7 @@ impl TimeLeft {
         let end = now + (1.0 - progress) / speed;
         let end = match self.end {
             None => end,
-            Some((old, said)) => old + (end - old) * (1.0 - (-(now - said) / (INERTIA * now)).exp()),
+            Some((old, then)) => old + (end - old) * (1.0 - (-(now - then) / (INERTIA * now)).exp()),
         };
         self.end = Some((end, now));
         Some((end - now).max(0.0))

@@ -11,8 +11,8 @@ use crate::engine::run::StopReason;
 use crate::service::jobs::Live;
 use crate::service::store::Store;
 
-/// Time beyond the grace in which running jobs are put back in line.
-const PUTTING_BACK: Duration = Duration::from_secs(2);
+/// Time beyond the grace in which running jobs are put back into the queue.
+const REQUEUE_TIME: Duration = Duration::from_secs(2);
 
 /// A started service. Dropping it aborts everything, as a crash would; [`Running::stop`] ends it in order.
 #[derive(Debug)]
@@ -48,13 +48,13 @@ impl Running {
         self.address
     }
 
-    /// Accepts nothing new, stops the runs, puts their jobs back in line, and ends; after the grace of the configuration
+    /// Accepts nothing new, stops the runs, puts their jobs back into the queue, and ends; after the grace of the configuration
     /// without more ado: what is running then is found and run again later, as after a crash.
     pub async fn stop(mut self) {
         self.stop.cancel();
         self.live.stop_all(StopReason::Shutdown);
         let drained = async { while self.tasks.join_next().await.is_some() {} };
-        if tokio::time::timeout(self.grace + PUTTING_BACK, drained).await.is_err() {
+        if tokio::time::timeout(self.grace + REQUEUE_TIME, drained).await.is_err() {
             tracing::warn!(running = self.live.count(), "ending before everything has come to its end");
         }
         self.tasks.shutdown().await;

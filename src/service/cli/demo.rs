@@ -22,7 +22,7 @@ const FOLDER: &str = "quadrille-demo";
 const TRIANGLES: usize = 12_000;
 const QUADS: u64 = 3_000;
 /// Longest wait for one answer.
-const PATIENCE: Duration = Duration::from_secs(120);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(120);
 
 /// Arguments of `demo`.
 #[derive(Debug, Args)]
@@ -72,7 +72,7 @@ pub(super) fn run(args: DemoArgs) -> Result<(), Failure> {
 
 /// What any client would do: submit, wait, download.
 async fn visit(base: &str, name: &str, mesh: Vec<u8>, folder: &Path) -> Result<(), Failure> {
-    let client = reqwest::Client::builder().timeout(PATIENCE).build().map_err(unreachable)?;
+    let client = reqwest::Client::builder().timeout(REQUEST_TIMEOUT).build().map_err(unreachable)?;
     let spec = serde_json::json!({"target": {"quads": QUADS}, "tags": ["demo"]}).to_string();
     println!("Mesh      {name}, {} bytes of OBJ", mesh.len());
     let form = Form::new()

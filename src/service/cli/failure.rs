@@ -11,7 +11,7 @@ pub(super) enum Failure {
     Input(String),
     /// A result that cannot be written.
     Output(String),
-    /// Told already; only the exit code is left.
+    /// Printed already; only the exit code is left.
     Reported(u8),
     /// A problem of the run.
     Problem(Problem),

@@ -19,7 +19,7 @@ mod remesh_args;
 mod sample;
 mod serve;
 mod spec_flags;
-mod talk;
+mod verbosity;
 
 use std::process::ExitCode;
 

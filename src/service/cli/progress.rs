@@ -47,15 +47,15 @@ impl ProgressMode {
     }
 }
 
-/// What was heard of a run, and when.
-struct Heard {
+/// How far a run is known to be, and when it began.
+struct RunState {
     begun: Instant,
     time_left: TimeLeft,
     stage: Option<Stage>,
     thousandths: u32,
 }
 
-impl Heard {
+impl RunState {
     fn new() -> Self {
         Self { begun: Instant::now(), time_left: TimeLeft::default(), stage: None, thousandths: 0 }
     }
@@ -79,7 +79,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 struct Bar {
     bar: ProgressBar,
-    heard: Mutex<Heard>,
+    state: Mutex<RunState>,
 }
 
 impl Bar {
@@ -88,7 +88,7 @@ impl Bar {
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         let bar = ProgressBar::new(1000).with_style(style);
         bar.enable_steady_tick(Duration::from_millis(100));
-        Self { bar, heard: Mutex::new(Heard::new()) }
+        Self { bar, state: Mutex::new(RunState::new()) }
     }
 }
 
@@ -100,10 +100,10 @@ impl Observer for Bar {
     fn stage_ends(&self, _: Stage) {}
 
     fn progress(&self, thousandths: u32) {
-        let mut heard = locked(&self.heard);
-        if heard.progress(thousandths) {
-            self.bar.set_position(u64::from(heard.thousandths));
-            let left = heard.seconds_left();
+        let mut state = locked(&self.state);
+        if state.progress(thousandths) {
+            self.bar.set_position(u64::from(state.thousandths));
+            let left = state.seconds_left();
             self.bar.set_prefix(left.map(|seconds| format!("about {seconds} s left")).unwrap_or_default());
         }
     }
@@ -115,14 +115,14 @@ impl Drop for Bar {
     }
 }
 
-/// What a line tells.
+/// What a line of progress says.
 enum Event {
     Stage(Stage),
     Progress { thousandths: u32, stage: Option<Stage>, seconds_left: Option<u64> },
 }
 
 /// Shortest time between two lines of progress.
-const PACE: Duration = Duration::from_millis(200);
+const LINE_INTERVAL: Duration = Duration::from_millis(200);
 
 struct Lines {
     write: fn(&Event) -> String,
@@ -130,38 +130,38 @@ struct Lines {
 }
 
 struct Last {
-    heard: Heard,
-    /// The last stage that was told, and the furthest one.
-    told: Option<Stage>,
+    state: RunState,
+    /// The last stage that was printed, and the furthest one.
+    printed: Option<Stage>,
     furthest: Option<Stage>,
     at: Option<Instant>,
 }
 
 impl Lines {
     fn new(write: fn(&Event) -> String) -> Self {
-        let last = Last { heard: Heard::new(), told: None, furthest: None, at: None };
+        let last = Last { state: RunState::new(), printed: None, furthest: None, at: None };
         Self { write, last: Mutex::new(last) }
     }
 
-    fn tell(&self, event: &Event) {
+    fn print(&self, event: &Event) {
         // A broken pipe on stderr is no reason to stop the work.
         let _ = writeln!(std::io::stderr(), "{}", (self.write)(event));
     }
 
-    fn tell_stage(&self, last: &mut Last, stage: Stage) {
-        last.told = Some(stage);
+    fn print_stage(&self, last: &mut Last, stage: Stage) {
+        last.printed = Some(stage);
         last.furthest = last.furthest.max(Some(stage));
-        self.tell(&Event::Stage(stage));
+        self.print(&Event::Stage(stage));
     }
 }
 
 impl Observer for Lines {
     fn stage_begins(&self, stage: Stage) {
         let mut last = locked(&self.last);
-        last.heard.stage = Some(stage);
-        // Components pass through the stages side by side, and stages come again: those are told with the progress.
+        last.state.stage = Some(stage);
+        // Components pass through the stages side by side, and stages come again: those are printed with the progress.
         if last.furthest < Some(stage) {
-            self.tell_stage(&mut last, stage);
+            self.print_stage(&mut last, stage);
         }
     }
 
@@ -169,16 +169,16 @@ impl Observer for Lines {
 
     fn progress(&self, thousandths: u32) {
         let mut last = locked(&self.last);
-        let is_due = last.at.is_none_or(|at| at.elapsed() >= PACE) || thousandths == 1000;
-        if !(last.heard.progress(thousandths) && is_due) {
+        let is_due = last.at.is_none_or(|at| at.elapsed() >= LINE_INTERVAL) || thousandths == 1000;
+        if !(last.state.progress(thousandths) && is_due) {
             return;
         }
         last.at = Some(Instant::now());
-        let (stage, thousandths, seconds_left) = (last.heard.stage, last.heard.thousandths, last.heard.seconds_left());
-        if let Some(stage) = stage.filter(|_| stage != last.told) {
-            self.tell_stage(&mut last, stage);
+        let (stage, thousandths, seconds_left) = (last.state.stage, last.state.thousandths, last.state.seconds_left());
+        if let Some(stage) = stage.filter(|_| stage != last.printed) {
+            self.print_stage(&mut last, stage);
         }
-        self.tell(&Event::Progress { thousandths, stage, seconds_left });
+        self.print(&Event::Progress { thousandths, stage, seconds_left });
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) fn run(args: RemeshArgs) -> Result<(), Failure> {
     let existing: Vec<_> = plans.iter().map(|plan| args.overwrite.allow(plan.outputs())).collect();
     let session = Session {
         args: &args,
-        progress: args.talk.progress(args.progress),
+        progress: args.verbosity.progress(args.progress),
         resolved: Arc::new(args.spec.resolve()?),
         limits: Config::defaults().limits,
         runtime: interrupt::runtime()?,
@@ -40,8 +40,8 @@ pub(super) fn run(args: RemeshArgs) -> Result<(), Failure> {
         let outcome = existing.and_then(|existing| session.remesh(plan, existing));
         let name = plan.input.display();
         match outcome {
-            Ok(summary) if is_batch => args.talk.say(&format!("{name}: {}: {summary}", plan.quads.display())),
-            Ok(summary) if args.progress != ProgressMode::None => args.talk.say(&summary),
+            Ok(summary) if is_batch => args.verbosity.print(&format!("{name}: {}: {summary}", plan.quads.display())),
+            Ok(summary) if args.progress != ProgressMode::None => args.verbosity.print(&summary),
             Ok(_) => {}
             Err(failure) if is_batch => {
                 worst = worst.max(failure.exit_code());
@@ -70,12 +70,12 @@ impl Session<'_> {
         let bytes = files::read(&plan.input, self.limits.upload_bytes)?;
         let products = self.execute(plan, bytes).inspect_err(|problem| self.progress.failed(&problem.to_string()))?;
         for warning in &products.report.warnings {
-            self.args.talk.warn(&plan.input, &warning.to_string());
+            self.args.verbosity.warn(&plan.input, &warning.to_string());
         }
         let summary = summary(&products, start.elapsed());
         let details = details(&products);
         self.save(plan, existing, products)?;
-        self.args.talk.explain(&details);
+        self.args.verbosity.print_details(&details);
         Ok(summary)
     }
 
@@ -113,7 +113,7 @@ impl Session<'_> {
                 None => {
                     let level = products.report.level.name();
                     let text = format!("no map was made for quads of level {level}; {} is not written", path.display());
-                    self.args.talk.warn(&plan.input, &text);
+                    self.args.verbosity.warn(&plan.input, &text);
                 }
             }
         }

@@ -7,7 +7,7 @@ use clap::Args;
 use crate::service::cli::files::Overwrite;
 use crate::service::cli::progress::ProgressMode;
 use crate::service::cli::spec_flags::SpecFlags;
-use crate::service::cli::talk::Talk;
+use crate::service::cli::verbosity::Verbosity;
 
 /// Arguments of `remesh`.
 #[derive(Debug, Args)]
@@ -46,7 +46,7 @@ pub(super) struct RemeshArgs {
     #[arg(long, value_enum, default_value_t)]
     pub(super) progress: ProgressMode,
     #[command(flatten)]
-    pub(super) talk: Talk,
+    pub(super) verbosity: Verbosity,
     #[command(flatten)]
     pub(super) spec: SpecFlags,
 }

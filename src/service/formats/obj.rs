@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::error::ReadError;
 use super::model::{Model, ObjectName};
 use super::number::{decimal, integer, words};
-use super::soup_builder::{ReadLimits, SoupBuilder, UNSAID};
+use super::soup_builder::{NO_VALUE, ReadLimits, SoupBuilder};
 
 const OBJ: &str = "OBJ";
 
@@ -168,7 +168,7 @@ impl Reader {
 
     /// `x y z`, `x y z w`, `x y z r g b` or `x y z r g b a`. The weight w belongs to rational curves, not to polygons.
     fn vertex(&mut self, rest: &[u8], number: usize) -> Result<(), ReadError> {
-        let (mut values, mut n) = ([f64::from(UNSAID); 7], 0);
+        let (mut values, mut n) = ([f64::from(NO_VALUE); 7], 0);
         for word in words(rest).take_while(|word| word[0] != b'#').take(7) {
             values[n] = decimal(word).ok_or_else(|| {
                 ReadError::line(OBJ, number, format!("{:?} is not a number", String::from_utf8_lossy(word)))

@@ -96,7 +96,7 @@ impl SoupBuilder {
         self.claim_vertices(1)?;
         self.soup.positions.push(position);
         if !self.soup.colours.is_empty() {
-            self.soup.colours.push([UNSAID; 4]);
+            self.soup.colours.push([NO_VALUE; 4]);
         }
         if !self.soup.skin.is_empty() {
             self.soup.skin.push(Influences::one(0));
@@ -106,7 +106,7 @@ impl SoupBuilder {
 
     /// Gives the last vertex a colour; vertices without one are white as soon as one has one.
     pub(super) fn colour(&mut self, colour: [f32; 4]) {
-        self.soup.colours.resize(self.soup.positions.len(), [UNSAID; 4]);
+        self.soup.colours.resize(self.soup.positions.len(), [NO_VALUE; 4]);
         if let Some(last) = self.soup.colours.last_mut() {
             *last = colour;
         }
@@ -268,7 +268,7 @@ fn give_last<const N: usize>(list: &mut Vec<[f32; N]>, n: usize, values: impl Ex
 /// Far more than any scene holds.
 const MAX_PRIMITIVES: u64 = 1_000_000;
 /// A component that the file does not say; it becomes 1 in the end.
-pub(super) const UNSAID: f32 = f32::NAN;
+pub(super) const NO_VALUE: f32 = f32::NAN;
 
 pub(super) fn within(what: &'static str, claimed: u64, limit: u64) -> Result<(), ReadError> {
     if claimed > limit { Err(ReadError::TooLarge { what, claimed, limit }) } else { Ok(()) }

@@ -1,8 +1,9 @@
 //! Who may use the API from a browser.
 //!
 //! There is no authentication, so what protects a server on loopback from the pages that its user visits is what the
-//! browser itself says of a request. A foreign `Host` is a page whose own name was made to lead here; a foreign `Origin`
-//! on a request that changes something is a page of another site. Programs send no `Origin` and are not asked for one.
+//! browser itself says of a request. A foreign `Host` is a page whose own name was made to resolve to this server (DNS
+//! rebinding); a foreign `Origin` on a request that changes something is a page of another site. Programs send no
+//! `Origin` and are not asked for one.
 
 use std::net::IpAddr;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! `/v1/jobs/{id}/archive.zip`: all files of a job in one, packed while they are sent.
 //!
-//! Pieces are read and sent by tokio's threads and packed beside them, so neither a slow client nor a large file holds a
-//! thread or the whole archive.
+//! Pieces are read and sent by tokio's own threads and packed on its blocking ones, so that neither a slow client nor a
+//! large file keeps a thread or the whole archive in memory.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -26,7 +26,7 @@ use crate::service::http::extract::Id;
 use crate::service::http::names::{Disposition, content_disposition, file_name};
 use crate::service::http::openapi::FileBytes;
 use crate::service::http::view::job_row;
-use crate::service::jobs::{beside, hex};
+use crate::service::jobs::{hex, run_blocking};
 use crate::service::store::{Artefact, Blobs, StoreError};
 use crate::service::wire::Problem;
 
@@ -137,14 +137,14 @@ impl Packer {
         Ok(None)
     }
 
-    /// Lets the writer work beside tokio's threads.
+    /// Lets the writer work on a blocking thread of tokio.
     async fn pack(
         &mut self,
         work: impl FnOnce(Zip) -> io::Result<Option<Zip>> + Send + 'static,
     ) -> Result<(), StoreError> {
         let Some(zip) = self.zip.take() else { return Ok(()) };
         let failed = |source| StoreError::File { what: "packing an archive", source };
-        let packed = beside(move || Ok(work(zip))).await;
+        let packed = run_blocking(move || Ok(work(zip))).await;
         self.zip = packed.unwrap_or_else(|_| Err(io::ErrorKind::Other.into())).map_err(failed)?;
         Ok(())
     }

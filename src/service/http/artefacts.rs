@@ -18,7 +18,7 @@ use crate::service::http::openapi::FileBytes;
 use crate::service::http::problem::gone;
 use crate::service::http::query::Query;
 use crate::service::http::view::job_row;
-use crate::service::jobs::{beside, hex};
+use crate::service::jobs::{hex, run_blocking};
 use crate::service::store::{Artefact, Artefacts, JobRow};
 use crate::service::wire::{JobStatus, Problem, ProblemKind, ReportBody, Urls};
 
@@ -175,7 +175,7 @@ pub(super) async fn preview(
     let quads = state.jobs.store.blobs().get(&quads.blob).await?;
     let permit = state.readers.acquire().await.map_err(|_| Problem::internal())?;
     let driver = state.driver.clone();
-    let picture = Bytes::from(beside(move || driver.preview(&quads, size)).await?);
+    let picture = Bytes::from(run_blocking(move || driver.preview(&quads, size)).await?);
     drop(permit);
     Download::picture(picture, &sha256, media_type, name).respond(&headers).await
 }

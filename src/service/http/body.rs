@@ -12,7 +12,7 @@ use crate::service::http::HttpState;
 use crate::service::wire::{Problem, ProblemKind};
 
 /// Cuts a body off that sends nothing for too long, or is still being sent when the process ends. The handler sees a
-/// broken body; the client hears the cause, whatever the handler makes of that.
+/// broken body; the client is told the cause, whatever the handler makes of that.
 pub(super) async fn guard(State(state): State<HttpState>, request: Request, next: Next) -> Response {
     if request.body().is_end_stream() {
         return next.run(request).await;

@@ -38,18 +38,18 @@ fn of_text(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bo
 
 /// The status before compression.
 #[derive(Clone, Copy)]
-struct Answered(StatusCode);
+struct OriginalStatus(StatusCode);
 
 async fn note_status(mut response: Response) -> Response {
     let status = response.status();
-    response.extensions_mut().insert(Answered(status));
+    response.extensions_mut().insert(OriginalStatus(status));
     response
 }
 
 /// The layer turns answers into 406 whose client takes no encoding at all, though what was asked for has been done by
 /// then: they are sent as they are, which RFC 9110, 12.5.3, allows.
 async fn relabel(mut response: Response) -> Response {
-    if let Some(Answered(status)) = response.extensions_mut().remove() {
+    if let Some(OriginalStatus(status)) = response.extensions_mut().remove() {
         *response.status_mut() = status;
     }
     let encoded = response.headers().contains_key(header::CONTENT_ENCODING);

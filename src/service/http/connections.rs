@@ -78,7 +78,7 @@ async fn serve_one(stream: TcpStream, routes: Router, limits: LimitsConfig, stop
                 Ok(answer) => answer,
                 Err(never) => match never {},
             };
-            Ok::<_, Infallible>(answer.map(|body| Answer { body, _open: open }))
+            Ok::<_, Infallible>(answer.map(|body| TrackedBody { body, _open: open }))
         }
     });
     let mut connection = pin!(
@@ -143,12 +143,12 @@ impl<R: AsyncRead + Unpin> AsyncRead for UntilStop<R> {
 }
 
 /// The body of an answer; its request is open as long as it is sent.
-struct Answer {
+struct TrackedBody {
     body: Body,
     _open: OpenRequest,
 }
 
-impl HttpBody for Answer {
+impl HttpBody for TrackedBody {
     type Data = Bytes;
     type Error = axum::Error;
 

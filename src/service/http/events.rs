@@ -42,7 +42,7 @@ pub(super) async fn job_events(
     Id(id): Id,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let bell = state.jobs.live.listen();
+    let changes = state.jobs.live.subscribe();
     let job = job_row(&state, id).await?;
     let after = text(&headers, "last-event-id").and_then(|id| id.parse().ok()).unwrap_or(0);
     let waiting: VecDeque<_> = state.jobs.store.events_after(id, after).await?.into();
@@ -54,7 +54,7 @@ pub(super) async fn job_events(
         let now = json!({"progress": f64::from(job.progress) / 1000.0, "stage": job.stage});
         Event::default().event("progress").data(now.to_string())
     });
-    let follower = Follower { state, id, bell, after, first, waiting, over: false };
+    let follower = Follower { state, id, changes, after, first, waiting, over: false };
     let keep_alive = KeepAlive::new().interval(HEARTBEAT).text("heartbeat");
     Ok(Sse::new(follower.stream()).keep_alive(keep_alive).into_response())
 }
@@ -62,7 +62,7 @@ pub(super) async fn job_events(
 struct Follower {
     state: HttpState,
     id: Uuid,
-    bell: broadcast::Receiver<Uuid>,
+    changes: broadcast::Receiver<Uuid>,
     after: i64,
     first: Option<Event>,
     waiting: VecDeque<EventRow>,
@@ -85,21 +85,21 @@ impl Follower {
             if let Some(row) = self.waiting.pop_front() {
                 self.after = row.seq;
                 let is_last = JobStatus::from_name(&row.kind).is_some_and(JobStatus::is_final);
-                let data = if is_last { self.last_words().await? } else { row.data };
+                let data = if is_last { self.final_data().await? } else { row.data };
                 self.over = is_last;
                 return Some(Event::default().id(row.seq.to_string()).event(row.kind).data(data));
             }
             self.waiting = self.state.jobs.store.events_after(self.id, self.after).await.ok()?.into();
             if self.waiting.is_empty() {
-                self.rest().await?;
+                self.wait_for_news().await?;
             }
         }
         None
     }
 
     /// Waits until there may be news; ends when the process does, or the job is deleted.
-    async fn rest(&mut self) -> Option<()> {
-        let news = async { while self.bell.recv().await.is_ok_and(|changed| changed != self.id) {} };
+    async fn wait_for_news(&mut self) -> Option<()> {
+        let news = async { while self.changes.recv().await.is_ok_and(|changed| changed != self.id) {} };
         tokio::select! {
             () = self.state.stop.cancelled() => return None,
             () = news => {}
@@ -108,7 +108,7 @@ impl Follower {
         self.state.jobs.store.job(self.id).await.ok()?.map(|_| ())
     }
 
-    async fn last_words(&self) -> Option<String> {
+    async fn final_data(&self) -> Option<String> {
         let job = self.state.jobs.store.job(self.id).await.ok()??;
         let body = job_body(&self.state, job).await.ok()?;
         serde_json::to_string(&body).ok()

@@ -44,7 +44,7 @@ use ProblemKind::{
 /// What may be wrong with an upload.
 const UPLOAD: &[ProblemKind] =
     &[InvalidRequest, RequestTimeout, BodyTooLarge, MeshTooLarge, UnknownFormat, UnreadableMesh, UnsupportedExtension];
-/// What may be wrong with a wish for a file of a job.
+/// What may be wrong with a request for a file of a job.
 const FILE: &[ProblemKind] = &[NotFound, NotReady, JobFailed];
 
 /// What each operation refuses for reasons of its own.

@@ -33,7 +33,7 @@ fn answer(kind: ProblemKind, retry_after: Option<u32>, body: &Value) -> Response
     response
 }
 
-/// The answer to a wish for a file of a job that has none and never will: 410 with the job's own problem inside.
+/// The answer to a request for a file of a job that has none and never will: 410 with the job's own problem inside.
 pub(super) fn gone(job: &str, problem: &ProblemBody) -> Response {
     let detail = format!("{}: {}", problem.title, problem.detail);
     let mut body = serde_json::json!(Problem::new(ProblemKind::JobFailed, detail).body(Some(job.to_owned())));

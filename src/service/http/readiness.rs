@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::Mutex;
 
-use crate::service::jobs::beside;
+use crate::service::jobs::run_blocking;
 use crate::service::store::{Store, StoreError};
 use crate::service::wire::{Problem, ProblemKind};
 
-/// How long an answer holds: writing is not free, and anyone may ask.
-const HOLDS: Duration = Duration::from_secs(1);
+/// How long a result is used again: writing is not free, and anyone may ask.
+const CACHED_FOR: Duration = Duration::from_secs(1);
 /// Longest wait for the storage; what is slower cannot take work.
-const PATIENCE: Duration = Duration::from_secs(3);
+const PROBE_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Whether the storage can be written to, found out by writing.
 #[derive(Debug, Default)]
@@ -23,16 +23,16 @@ impl Readiness {
     pub(super) async fn check(&self, store: &Store, uploads: PathBuf) -> Result<(), Problem> {
         let mut last = self.0.lock().await;
         if let Some((at, found)) = &*last
-            && at.elapsed() < HOLDS
+            && at.elapsed() < CACHED_FOR
         {
             return found.clone();
         }
         let probes = async {
-            beside(move || probe(&uploads)).await?;
+            run_blocking(move || probe(&uploads)).await?;
             Ok(store.probe().await?)
         };
         let slow = |_| Err(Problem::new(ProblemKind::StorageUnavailable, "The storage does not answer in time."));
-        let found = tokio::time::timeout(PATIENCE, probes).await.unwrap_or_else(slow);
+        let found = tokio::time::timeout(PROBE_TIMEOUT, probes).await.unwrap_or_else(slow);
         *last = Some((Instant::now(), found.clone()));
         found
     }

@@ -11,7 +11,7 @@ use tempfile::NamedTempFile;
 use crate::service::formats::{Format, pack};
 use crate::service::http::HttpState;
 use crate::service::http::upload::{Upload, too_large};
-use crate::service::jobs::{beside, hex};
+use crate::service::jobs::{hex, run_blocking};
 use crate::service::store::StoreError;
 use crate::service::wire::{Problem, ProblemKind};
 
@@ -61,7 +61,7 @@ impl Files {
             |path: &str| path.rsplit_once('.').is_some_and(|(_, ending)| Format::from_extension(ending).is_some());
         let name = self.files.iter().find(|(path, _)| leads(path)).and_then(|(_, upload)| upload.name.clone());
         let folder = state.uploads.clone();
-        beside(move || {
+        run_blocking(move || {
             let file = NamedTempFile::new_in(folder).map_err(failed)?;
             let (sha256, bytes) = self.pack_into(&file).map_err(failed)?;
             Ok(Upload { file, name, sha256, bytes })

@@ -13,14 +13,14 @@ use tokio::io::AsyncWriteExt;
 
 use crate::service::http::HttpState;
 use crate::service::http::extract::{Id, no_job};
-use crate::service::jobs::beside;
+use crate::service::jobs::run_blocking;
 use crate::service::store::StoreError;
 use crate::service::wire::{Problem, ProblemBody, ProblemKind, ResolvedSpec};
 
 /// Up to this length a spec is kept in memory and judged at once.
 const SHORT: usize = 64 << 10;
 /// How many times the limit is received, and thrown away, before a client is cut off.
-const PATIENCE: usize = 4;
+const DISCARDED_LIMITS: usize = 4;
 
 /// A text that was received but not looked at.
 pub(super) enum Text {
@@ -42,7 +42,7 @@ impl Text {
             length += chunk.len();
             if length > limit {
                 // A client that is cut off while it sends may never see the answer.
-                if length > limit.saturating_mul(PATIENCE) {
+                if length > limit.saturating_mul(DISCARDED_LIMITS) {
                     break;
                 }
                 continue;
@@ -78,7 +78,7 @@ impl Text {
             Text::Long(file) => file,
         };
         let _permit = state.readers.acquire().await.map_err(|_| Problem::internal())?;
-        beside(move || {
+        run_blocking(move || {
             let failed = |source| Problem::from(StoreError::File { what: "reading a spec", source });
             read(&std::fs::read(file.path()).map_err(failed)?)
         })

@@ -12,7 +12,7 @@ use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
 
 use crate::service::http::HttpState;
-use crate::service::jobs::{InputFile, beside, hex};
+use crate::service::jobs::{InputFile, hex, run_blocking};
 use crate::service::store::{NewAsset, StoreError};
 use crate::service::wire::{Problem, ProblemKind, SPEC_BYTES};
 
@@ -92,7 +92,7 @@ impl Upload {
         };
         let input = InputFile { bytes: bytes.clone(), name: self.name.clone(), format: None };
         let driver = state.driver.clone();
-        let found = beside(move || driver.inspect(&input, whole)).await?;
+        let found = run_blocking(move || driver.inspect(&input, whole)).await?;
         drop(permit);
         let id = Uuid::now_v7();
         let blob = format!("assets/{id}");

@@ -44,7 +44,7 @@ pub(super) async fn job_row(state: &HttpState, id: Uuid) -> Result<JobRow, Probl
 
 /// The row of a job once it is finished, or when the time is over.
 pub(super) async fn wait_for_job(state: &HttpState, id: Uuid, at_most: Duration) -> Result<JobRow, Problem> {
-    let mut bell = state.jobs.live.listen();
+    let mut changes = state.jobs.live.subscribe();
     let deadline = tokio::time::Instant::now() + at_most;
     loop {
         let job = job_row(state, id).await?;
@@ -53,8 +53,8 @@ pub(super) async fn wait_for_job(state: &HttpState, id: Uuid, at_most: Duration)
         }
         let next_look = (tokio::time::Instant::now() + POLL).min(deadline);
         let changed = async {
-            // Whoever listens too slowly looks, too.
-            while bell.recv().await.is_ok_and(|changed| changed != id) {}
+            // A receiver that was too slow and missed some looks, too.
+            while changes.recv().await.is_ok_and(|changed| changed != id) {}
         };
         tokio::select! {
             () = changed => {}

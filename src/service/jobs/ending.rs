@@ -1,4 +1,4 @@
-//! How an attempt ends: with files, with a problem, or back in line.
+//! How an attempt ends: with files, with a problem, or with the job back in the queue.
 
 use std::time::Duration;
 
@@ -6,14 +6,14 @@ use bytes::Bytes;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use crate::service::jobs::patience::patiently;
+use crate::service::jobs::storage_retry::retry_while_storage_fails;
 use crate::service::jobs::worker::hex;
 use crate::service::jobs::{Products, Ticket, TicketQueue, Worker};
 use crate::service::store::{Artefact, Artefacts, Ending, JobRow, StoreError, jobs, now_ms};
 use crate::service::wire::{JobStatus, Problem, ProblemKind, ReportBody, ResultBody};
 
 /// How long a finished run is kept in memory when it cannot be stored; then it is given up and run again later.
-const KEEPING: Duration = Duration::from_secs(60);
+const STORE_TIMEOUT: Duration = Duration::from_secs(60);
 /// Bounds of the pause before a job is tried again whose storage failed; in between it doubles the time waited so far.
 const PAUSES: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
 
@@ -42,7 +42,7 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         let status = ending.status;
         let keep_ms = i64::try_from(self.config.retention.as_millis()).unwrap_or(i64::MAX);
         let finish = || self.store.finish(job.id, job.attempt, &ending, keep_ms);
-        if patiently(Some(KEEPING), &self.stop, finish).await? {
+        if retry_while_storage_fails(Some(STORE_TIMEOUT), &self.stop, finish).await? {
             metrics::counter!("quadrille_jobs_finished_total", "status" => status.name()).increment(1);
         } else {
             tracing::info!("the job was deleted or taken over; its files are removed");
@@ -61,7 +61,7 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         let mut artefacts = Artefacts::new();
         for Finished { name, bytes, artefact } in self.finished(job, products)? {
             let put = || self.store.blobs().put(&artefact.blob, bytes.clone());
-            patiently(Some(KEEPING), &self.stop, put).await?;
+            retry_while_storage_fails(Some(STORE_TIMEOUT), &self.stop, put).await?;
             artefacts.insert(name.to_owned(), artefact);
         }
         Ok(Ending { status: JobStatus::Succeeded, result: Some(result), problem: None, artefacts, input: Some(input) })
@@ -70,7 +70,7 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
     fn finished(&self, job: &JobRow, products: Products) -> Result<Vec<Finished>, StoreError> {
         let report = serde_json::to_vec_pretty(&products.report)
             .map_err(|error| StoreError::Unsupported(format!("the report is not JSON: {error}")))?;
-        tell(&products.report);
+        record(&products.report);
         let files = products.files.into_iter().map(|made| (made.name, made.media_type, made.bytes));
         let files = files.chain([("report.json", "application/json", report)]).map(|(name, media_type, bytes)| {
             let artefact = Artefact {
@@ -84,7 +84,7 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         Ok(files.collect())
     }
 
-    /// The storage failed, which is not the job's fault: it goes back in line for a while, and the attempt does not
+    /// The storage failed, which is not the job's fault: it goes back to the queue for a while, and the attempt does not
     /// count. When that has gone on for too long, it ends.
     pub(super) async fn wait(&self, job: &JobRow, error: &StoreError) -> Result<(), StoreError> {
         let now = now_ms();
@@ -98,10 +98,10 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
         }
         let pause = waited.clamp(PAUSES.0, PAUSES.1);
         tracing::warn!(%error, ?pause, "the storage failed; the job waits");
-        patiently(None, &self.stop, || self.put_back(job, Some(since), pause)).await
+        retry_while_storage_fails(None, &self.stop, || self.put_back(job, Some(since), pause)).await
     }
 
-    /// Puts a job back in line that is not to blame for the end of this attempt, which does not count.
+    /// Puts a job that is not to blame for the end of this attempt back into the queue; the attempt does not count.
     async fn put_back(&self, job: &JobRow, faulty_since: Option<i64>, pause: Duration) -> Result<(), StoreError> {
         let number = Uuid::now_v7();
         let mut tx = self.store.write().await?;
@@ -114,7 +114,8 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
     }
 }
 
-fn tell(report: &ReportBody) {
+/// The seconds of the stages as metrics, and a line of the log.
+fn record(report: &ReportBody) {
     for (stage, ms) in &report.timings_ms {
         let seconds = ms.as_f64().unwrap_or_default() / 1000.0;
         metrics::histogram!("quadrille_stage_seconds", "stage" => stage.clone()).record(seconds);

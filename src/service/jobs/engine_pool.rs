@@ -14,12 +14,13 @@ use crate::service::wire::Problem;
 const STACK_BYTES: usize = 16 << 20;
 /// How long a run that was told to stop may take to notice. Few steps cannot look at their context (a factorisation, a
 /// reader); the run is over for its client then, and its threads end by themselves.
-const PATIENCE: Duration = Duration::from_millis(300);
+const STOP_TIMEOUT: Duration = Duration::from_millis(300);
 /// Between two looks at whether a run was told to stop.
-const LOOK: Duration = Duration::from_millis(50);
+const STOP_POLL: Duration = Duration::from_millis(50);
 
 /// Pools of a fixed number of threads. Every run has a pool of its own: in a shared one, a thread that waits inside a
-/// parallel loop of one run may pick up the whole of another run and not come back for minutes, deaf to cancellation.
+/// parallel loop of one run may pick up the whole of another run and not come back for minutes, in which it notices no
+/// cancellation.
 #[derive(Clone, Copy, Debug)]
 pub struct EnginePool {
     threads: usize,
@@ -63,23 +64,23 @@ impl EnginePool {
     }
 }
 
-/// Resolves when a run was told to stop and [`PATIENCE`] has passed since.
+/// Resolves when a run was told to stop and [`STOP_TIMEOUT`] has passed since.
 async fn stopped_long_ago(context: &RunContext) -> StopReason {
     let mut since: Option<(Instant, StopReason)> = None;
     loop {
-        sleep(LOOK).await;
+        sleep(STOP_POLL).await;
         if let Some(reason) = context.stopped() {
             let (start, first) = *since.get_or_insert((Instant::now(), reason));
-            if start.elapsed() >= PATIENCE {
+            if start.elapsed() >= STOP_TIMEOUT {
                 return first;
             }
         }
     }
 }
 
-/// Short computations beside the runs: reading an upload, drawing a picture. They go to tokio's blocking threads, so
-/// that they need not wait for a run that has all of the engine's threads.
-pub async fn beside<T: Send + 'static>(
+/// Short computations that belong to no run: reading an upload, drawing a picture. They go to tokio's blocking threads,
+/// so that they need not wait for a run that has all of the engine's threads.
+pub async fn run_blocking<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     let span = tracing::Span::current();
@@ -108,11 +109,11 @@ mod tests {
         let failed = pool.run(&ctx, || -> Result<(), Problem> { panic!("on purpose") }).await;
         assert_eq!(failed.unwrap_err().kind, ProblemKind::Internal);
         assert_eq!(pool.run(&ctx, || Ok(rayon::current_num_threads())).await, Ok(2));
-        assert!(beside(|| -> Result<(), Problem> { panic!("on purpose") }).await.is_err());
+        assert!(run_blocking(|| -> Result<(), Problem> { panic!("on purpose") }).await.is_err());
     }
 
     #[tokio::test]
-    async fn a_deaf_run_is_over_for_its_client() {
+    async fn a_run_that_does_not_notice_its_stop_is_over_for_its_client() {
         let (end, ended) = std::sync::mpsc::channel::<()>();
         for (reason, kind) in [
             (StopReason::Client, ProblemKind::Cancelled),
@@ -132,7 +133,7 @@ mod tests {
         let ctx = RunContext::silent();
         ctx.stop(StopReason::Deadline);
         std::thread::spawn(move || {
-            std::thread::sleep(2 * PATIENCE);
+            std::thread::sleep(2 * STOP_TIMEOUT);
             drop(end);
         });
         assert_eq!(EnginePool::new(1).run(&ctx, move || Ok(ended.recv().is_err())).await, Ok(true));

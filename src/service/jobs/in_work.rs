@@ -1,4 +1,4 @@
-//! Work that does not end with who waits for it.
+//! Tasks that go on when whoever waits for them is dropped.
 
 use std::collections::BTreeMap;
 use std::future::Future;
@@ -10,69 +10,69 @@ use uuid::Uuid;
 
 use crate::service::store::StoreError;
 
-/// How a piece of work ended; nothing while it goes on. Errors are told as text: several may wait.
-type Told = watch::Receiver<Option<Result<(), String>>>;
+/// How a task ended; nothing while it runs. Errors are text: several may wait for one task.
+type Outcome = watch::Receiver<Option<Result<(), String>>>;
 
-/// Pieces of work by number, a few at a time. Cheap to clone; dropping the last clone aborts everything.
+/// Tasks by number, a few at a time. Cheap to clone; dropping the last clone aborts everything.
 #[derive(Clone, Debug)]
 pub(super) struct InWork {
-    pieces: Arc<Mutex<Pieces>>,
-    places: Arc<Semaphore>,
+    tasks: Arc<Mutex<Tasks>>,
+    permits: Arc<Semaphore>,
 }
 
 #[derive(Debug, Default)]
-struct Pieces {
+struct Tasks {
     running: JoinSet<()>,
-    told: BTreeMap<Uuid, Told>,
+    outcomes: BTreeMap<Uuid, Outcome>,
 }
 
 impl InWork {
-    /// `places` at a time.
-    pub(super) fn new(places: usize) -> Self {
-        Self { pieces: Arc::default(), places: Arc::new(Semaphore::new(places.max(1))) }
+    /// At most `permits` tasks run at a time.
+    pub(super) fn new(permits: usize) -> Self {
+        Self { tasks: Arc::default(), permits: Arc::new(Semaphore::new(permits.max(1))) }
     }
 
-    fn pieces(&self) -> MutexGuard<'_, Pieces> {
-        self.pieces.lock().unwrap_or_else(PoisonError::into_inner)
+    fn tasks(&self) -> MutexGuard<'_, Tasks> {
+        self.tasks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does `work` unless the same number is being worked on, and waits for its end. Who stops waiting does not stop the
-    /// work.
+    /// Starts `work` unless a task of this number runs already, and waits for its end. Dropping the wait does not stop
+    /// the task.
     pub(super) async fn once(
         &self,
         number: Uuid,
         work: impl Future<Output = Result<(), StoreError>> + Send + 'static,
     ) -> Result<(), StoreError> {
-        let mut told = self.begin(number, work);
-        let ended = told.wait_for(Option::is_some).await.map(|ended| ended.clone());
-        self.pieces().told.remove(&number);
+        let mut outcome = self.begin(number, work);
+        let ended = outcome.wait_for(Option::is_some).await.map(|ended| ended.clone());
+        self.tasks().outcomes.remove(&number);
         match ended {
             Ok(Some(result)) => result.map_err(StoreError::Queue),
-            // Whoever should tell is gone.
+            // The task was aborted or panicked.
             Ok(None) | Err(_) => Err(StoreError::Queue("the work on a ticket broke off".to_owned())),
         }
     }
 
-    fn begin(&self, number: Uuid, work: impl Future<Output = Result<(), StoreError>> + Send + 'static) -> Told {
-        let mut pieces = self.pieces();
-        while pieces.running.try_join_next().is_some() {}
-        if let Some(told) = pieces.told.get(&number) {
-            return told.clone();
+    fn begin(&self, number: Uuid, work: impl Future<Output = Result<(), StoreError>> + Send + 'static) -> Outcome {
+        let mut tasks = self.tasks();
+        while tasks.running.try_join_next().is_some() {}
+        if let Some(outcome) = tasks.outcomes.get(&number) {
+            return outcome.clone();
         }
-        let (tell, told) = watch::channel(None);
-        let places = Arc::clone(&self.places);
-        pieces.running.spawn(async move {
-            let _place = places.acquire_owned().await;
+        let (sender, outcome) = watch::channel(None);
+        let permits = Arc::clone(&self.permits);
+        tasks.running.spawn(async move {
+            let _permit = permits.acquire_owned().await;
             let ended = work.await.map_err(|error| error.to_string());
-            let _ = tell.send(Some(ended));
+            let _ = sender.send(Some(ended));
         });
-        pieces.told.insert(number, told.clone());
-        told
+        tasks.outcomes.insert(number, outcome.clone());
+        outcome
     }
 
-    /// Waits until nothing is in work.
+    /// Waits until no task runs.
     pub(super) async fn over(&self) {
-        let mut running = std::mem::take(&mut self.pieces().running);
+        let mut running = std::mem::take(&mut self.tasks().running);
         while running.join_next().await.is_some() {}
     }
 }

@@ -8,16 +8,17 @@ use uuid::Uuid;
 
 use crate::engine::run::{RunContext, StopReason};
 
-/// Running contexts and a bell. Cheap to clone. Only a shortcut: what another process changes is found by polling.
+/// Running contexts, and a channel that says which jobs changed. Cheap to clone. Only a shortcut: what another process
+/// changes is found by polling.
 #[derive(Clone, Debug)]
 pub struct Live {
     running: Arc<Mutex<BTreeMap<Uuid, RunContext>>>,
-    bell: broadcast::Sender<Uuid>,
+    changes: broadcast::Sender<Uuid>,
 }
 
 impl Default for Live {
     fn default() -> Self {
-        Self { running: Arc::default(), bell: broadcast::channel(1024).0 }
+        Self { running: Arc::default(), changes: broadcast::channel(1024).0 }
     }
 }
 
@@ -49,18 +50,18 @@ impl Live {
         self.running().len()
     }
 
-    /// Tells all listeners that the row of `job` changed.
-    pub fn ring(&self, job: Uuid) {
-        let _ = self.bell.send(job);
+    /// Tells all subscribers that the row of `job` changed.
+    pub fn notify(&self, job: Uuid) {
+        let _ = self.changes.send(job);
     }
 
-    /// Hears of every change from now on; may miss some when it is slow, and then hears that it did.
-    pub fn listen(&self) -> broadcast::Receiver<Uuid> {
-        self.bell.subscribe()
+    /// Receives every change from now on; a slow receiver may miss some, and is told that it did.
+    pub fn subscribe(&self) -> broadcast::Receiver<Uuid> {
+        self.changes.subscribe()
     }
 }
 
-/// A run in this process; leaving is dropping it. Whoever is dropped himself before the run is over, stops it.
+/// A run in this process, known as such until this is dropped. Dropping it before the run is over stops the run.
 #[derive(Debug)]
 pub struct Running {
     live: Live,

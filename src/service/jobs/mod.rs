@@ -11,17 +11,17 @@ mod ending;
 mod engine_pool;
 mod in_work;
 mod live;
-mod patience;
 mod queue;
 #[cfg(test)]
 mod queue_tests;
 mod recorder;
+mod storage_retry;
 mod submissions;
 mod sweep;
 mod worker;
 
 pub use driver::{Driver, InputFile, Inspection, Made, Products};
-pub use engine_pool::{EnginePool, beside};
+pub use engine_pool::{EnginePool, run_blocking};
 pub use live::{Live, Running};
 pub use queue::{Handler, SqliteQueue, Ticket, TicketQueue};
 pub use submissions::{Accepted, JobMesh, JobRequest, Jobs};

@@ -1,13 +1,16 @@
 //! Dispatch: tickets that say which job to look at next, behind a trait so that another queue can take its place.
 //!
 //! The engine is apalis, whose tables only apalis writes to: tickets are pushed, given back and cleared by its own
-//! functions. The rules that make this reliable, each found by breaking it: one ticket per fetch (buffered ones are not
-//! kept alive), a fresh worker name for every start (the old name's locks would count as alive), explicit heartbeats, a
-//! polling strategy that is always registered with the waker ([`Every`]), the final word about a job in our own table and
-//! never in the ticket (which therefore may be tried without limit), the work itself outside of the queue's worker (one
-//! heartbeat that fails ends the worker and drops everything inside it), the queue's worker told to stop only when
-//! nothing is in work (from then on it leaves its own transactions as they are, write lock and all, until its tasks have
-//! ended, which then cannot put their jobs back).
+//! functions. The rules that make this reliable, each found by breaking it:
+//!
+//! * One ticket per fetch: those that a worker fetched ahead are not kept alive.
+//! * A fresh worker name for every start: the locks of the old name would count as alive.
+//! * Explicit heartbeats, and a polling strategy that is always registered with the waker ([`Every`]).
+//! * The state of a job is decided by our own table and never by the ticket, which may therefore be tried without limit.
+//! * The work itself runs outside of the queue's worker: one heartbeat that fails ends the worker and drops everything
+//!   inside it.
+//! * The queue's worker is told to stop only when no task runs: from then on it leaves its own transactions as they are,
+//!   with their write lock, until its tasks have ended, which then cannot put their jobs back.
 
 use std::future::Future;
 use std::sync::Arc;
@@ -28,7 +31,7 @@ use uuid::Uuid;
 
 use crate::service::config::JobsConfig;
 use crate::service::jobs::in_work::InWork;
-use crate::service::jobs::patience::patiently;
+use crate::service::jobs::storage_retry::retry_while_storage_fails;
 use crate::service::store::StoreError;
 
 const QUEUE: &str = "remesh";
@@ -68,7 +71,7 @@ pub trait TicketQueue: Send + Sync {
     /// Hands tickets to `handler` until `stop`, then waits for those in work.
     fn work<H: Handler>(&self, handler: Arc<H>, stop: CancellationToken) -> impl Future<Output = ()> + Send;
 
-    /// Forgets tickets that were used up.
+    /// Removes used tickets.
     fn tidy(&self) -> impl Future<Output = Result<(), StoreError>> + Send;
 }
 
@@ -151,7 +154,7 @@ struct Shared<H> {
     in_work: InWork,
     /// Nothing new is begun after this.
     stop: CancellationToken,
-    /// Nothing is in work after this.
+    /// No task runs after this.
     close: CancellationToken,
 }
 
@@ -215,7 +218,7 @@ impl TicketQueue for SqliteQueue {
                 }
                 tokio::time::sleep(RESTART_PAUSE).await;
                 // The next worker cannot begin either before the database can be written to.
-                let _ = patiently(None, &shared.close, || self.release(&name)).await;
+                let _ = retry_while_storage_fails(None, &shared.close, || self.release(&name)).await;
             }
         };
         // Both in one task: `take` either begins its work before this looks, or sees that the end has come.

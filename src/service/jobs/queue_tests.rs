@@ -31,7 +31,7 @@ impl Handler for Reluctant {
 }
 
 /// Other writers hold the database for longer than a poll and many heartbeats, again and again; the worker must not
-/// fall asleep over it.
+/// stop fetching because of it.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_slow_database_does_not_put_the_worker_to_sleep() {
     let folder = tempfile::tempdir().unwrap();
@@ -67,13 +67,13 @@ async fn a_slow_database_does_not_put_the_worker_to_sleep() {
 }
 
 /// Says when it begins, and works until it may end.
-struct Patient {
+struct Waiting {
     begun: tokio::sync::Semaphore,
     may_end: tokio::sync::Semaphore,
     ended: std::sync::atomic::AtomicUsize,
 }
 
-impl Handler for Patient {
+impl Handler for Waiting {
     async fn handle(&self, _: Ticket) -> Result<(), StoreError> {
         self.begun.add_permits(1);
         let _permit = self.may_end.acquire().await;
@@ -93,7 +93,7 @@ async fn work_outlives_the_worker_of_the_queue() {
     let store = Store::open(&settings.database_url, &settings.store).await.unwrap();
     let queue = SqliteQueue::open(store.pool(), &settings.jobs).await.unwrap();
     let none = || tokio::sync::Semaphore::new(0);
-    let handler = Arc::new(Patient { begun: none(), may_end: none(), ended: 0.into() });
+    let handler = Arc::new(Waiting { begun: none(), may_end: none(), ended: 0.into() });
     let stop = CancellationToken::new();
     let working = {
         let (queue, handler, stop) = (queue.clone(), Arc::clone(&handler), stop.clone());
@@ -110,7 +110,7 @@ async fn work_outlives_the_worker_of_the_queue() {
     sqlx::query("ALTER TABLE Lost RENAME TO Workers").execute(store.pool()).await.unwrap();
     let mut moved = 0;
     for _ in 0..1500 {
-        // The ticket is in the hands of the second worker.
+        // The second worker has the ticket.
         moved = workers(
             "SELECT COUNT(*) FROM Jobs JOIN Workers ON lock_by = Workers.id WHERE status = 'Running'
              AND (SELECT COUNT(*) FROM Workers) > 1 AND Workers.last_seen = (SELECT MAX(last_seen) FROM Workers)",

@@ -1,4 +1,5 @@
-//! The record of one running attempt: what the engine says, throttled into the database; what clients say, to the engine.
+//! The progress of one running attempt: from the engine into the database, throttled; and a request to cancel from the
+//! database to the engine.
 
 use std::time::{Duration, Instant};
 
@@ -9,13 +10,13 @@ use uuid::Uuid;
 
 use crate::engine::run::{Observer, RunContext, Stage, StopReason};
 use crate::service::jobs::Live;
-use crate::service::store::{Holding, Standing, Store};
+use crate::service::store::{Holding, RunProgress, Store};
 use crate::service::time_left::TimeLeft;
 
 /// Shortest time between two writes, and longest until a cancellation by another process is seen.
-const PACE: Duration = Duration::from_millis(400);
+const WRITE_INTERVAL: Duration = Duration::from_millis(400);
 
-/// What the engine steps.
+/// What the engine reports.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Begins(Stage),
@@ -41,14 +42,14 @@ impl Observer for Listener {
     }
 }
 
-/// What the engine tells, on its way to [`Recorder::keep`].
+/// What the engine reports, on its way to [`Recorder::keep`].
 #[derive(Debug)]
 pub(super) struct Steps(UnboundedReceiver<Step>);
 
-/// A listener for the engine and what it hears.
+/// A listener for the engine, and the steps that it receives.
 pub(super) fn channel() -> (Listener, Steps) {
-    let (tell, told) = unbounded_channel();
-    (Listener(tell), Steps(told))
+    let (sender, receiver) = unbounded_channel();
+    (Listener(sender), Steps(receiver))
 }
 
 /// The service's side.
@@ -58,7 +59,7 @@ pub(super) struct Recorder {
     pub(super) live: Live,
     pub(super) job: Uuid,
     pub(super) attempt: u32,
-    /// How far earlier attempts came, in thousandths: what is told never falls.
+    /// How far earlier attempts came, in thousandths: the progress that is shown never falls.
     pub(super) before: u32,
     pub(super) context: RunContext,
 }
@@ -66,29 +67,32 @@ pub(super) struct Recorder {
 impl Recorder {
     /// Writes until `done`, then writes the rest; ends early if the job is lost.
     pub(super) async fn keep(self, mut steps: Steps, done: CancellationToken) {
-        let mut page = Page::new(self.before);
+        let mut unwritten = Unwritten::new(self.before);
         loop {
             let over = tokio::select! {
                 () = done.cancelled() => true,
-                () = tokio::time::sleep(PACE) => false,
+                () = tokio::time::sleep(WRITE_INTERVAL) => false,
             };
             while let Ok(step) = steps.0.try_recv() {
-                page.take(step);
+                unwritten.add(step);
             }
-            let held = self.write(&mut page).await;
+            let held = self.write(&mut unwritten).await;
             if over || !held {
                 return;
             }
         }
     }
 
-    /// `false` if the job is not ours any more.
-    async fn write(&self, page: &mut Page) -> bool {
-        let changed = page.changed;
-        let events = page.turn(page.begun.elapsed());
-        let standing =
-            Standing { stage: page.stage.map(Stage::name), progress: page.progress, seconds_left: page.seconds_left };
-        match self.store.note(self.job, self.attempt, &standing, &events).await {
+    /// `false` if this attempt does not hold the job any more.
+    async fn write(&self, unwritten: &mut Unwritten) -> bool {
+        let changed = unwritten.changed;
+        let events = unwritten.take_events(unwritten.begun.elapsed());
+        let progress = RunProgress {
+            stage: unwritten.stage.map(Stage::name),
+            progress: unwritten.progress,
+            seconds_left: unwritten.seconds_left,
+        };
+        match self.store.note(self.job, self.attempt, &progress, &events).await {
             Ok(Holding::Held { cancel: true }) => self.context.stop(StopReason::Client),
             Ok(Holding::Held { cancel: false }) => {}
             // Whoever took the job over, or deleted it, decides about it now.
@@ -99,7 +103,7 @@ impl Recorder {
             Err(error) => tracing::warn!(%error, "progress was not noted"),
         }
         if changed {
-            self.live.ring(self.job);
+            self.live.notify(self.job);
         }
         true
     }
@@ -107,7 +111,7 @@ impl Recorder {
 
 /// What has not been written yet.
 #[derive(Debug)]
-struct Page {
+struct Unwritten {
     begun: Instant,
     time_left: TimeLeft,
     stage: Option<Stage>,
@@ -119,7 +123,7 @@ struct Page {
     events: Vec<(&'static str, Value)>,
 }
 
-impl Page {
+impl Unwritten {
     fn new(before: u32) -> Self {
         Self {
             before,
@@ -134,7 +138,7 @@ impl Page {
         }
     }
 
-    fn take(&mut self, step: Step) {
+    fn add(&mut self, step: Step) {
         self.changed = true;
         match step {
             Step::Begins(stage) => {
@@ -150,7 +154,7 @@ impl Page {
     }
 
     /// The events so far, this long after the start; many steps of progress are one.
-    fn turn(&mut self, elapsed: Duration) -> Vec<(&'static str, Value)> {
+    fn take_events(&mut self, elapsed: Duration) -> Vec<(&'static str, Value)> {
         let mut events = std::mem::take(&mut self.events);
         if self.progressed {
             let (stage, progress) = (self.stage.map(Stage::name), f64::from(self.progress) / 1000.0);
@@ -171,23 +175,23 @@ mod tests {
 
     #[test]
     fn many_steps_of_progress_are_one_event() {
-        let mut page = Page::new(0);
-        page.take(Step::Begins(Stage::Read));
+        let mut unwritten = Unwritten::new(0);
+        unwritten.add(Step::Begins(Stage::Read));
         for n in 0..500 {
-            page.take(Step::Progress(n));
+            unwritten.add(Step::Progress(n));
         }
-        let events = page.turn(Duration::from_secs(10));
+        let events = unwritten.take_events(Duration::from_secs(10));
         assert_eq!(events.iter().map(|(kind, _)| *kind).collect::<Vec<_>>(), ["stage", "progress"]);
         assert_eq!(events[1].1, json!({"progress": 0.499, "stage": "read", "seconds_left": 10}));
-        assert!(page.turn(Duration::from_secs(11)).is_empty());
+        assert!(unwritten.take_events(Duration::from_secs(11)).is_empty());
     }
 
     #[test]
     fn another_attempt_tells_no_less_than_the_one_before() {
-        let mut page = Page::new(600);
+        let mut unwritten = Unwritten::new(600);
         let mut told = |thousandths, seconds| {
-            page.take(Step::Progress(thousandths));
-            page.turn(Duration::from_secs(seconds)).remove(0).1
+            unwritten.add(Step::Progress(thousandths));
+            unwritten.take_events(Duration::from_secs(seconds)).remove(0).1
         };
         let (early, late) = (told(100, 10), told(700, 70));
         assert_eq!((&early["progress"], &early["seconds_left"]), (&json!(0.6), &json!(90)));

@@ -1,4 +1,4 @@
-//! Where clients' wishes become rows: submit, cancel, delete.
+//! Requests of clients become rows: submit, cancel, delete.
 
 use std::time::Duration;
 
@@ -51,11 +51,11 @@ pub struct Jobs {
     pub store: Store,
     /// Where tickets go.
     pub queue: SqliteQueue,
-    /// Shortcuts within this process.
+    /// Runs and changes within this process.
     pub live: Live,
     /// Retention.
     pub jobs: JobsConfig,
-    /// Length of the line, longest deadline.
+    /// Length of the queue, longest deadline.
     pub limits: LimitsConfig,
 }
 
@@ -75,7 +75,7 @@ impl Jobs {
         let (accepted, _) = written?;
         if accepted.fresh {
             metrics::counter!("quadrille_jobs_accepted_total").increment(1);
-            self.live.ring(accepted.job.id);
+            self.live.notify(accepted.job.id);
         }
         Ok(accepted)
     }
@@ -151,7 +151,7 @@ impl Jobs {
                 Cancelling::Done => {
                     metrics::counter!("quadrille_jobs_finished_total", "status" => JobStatus::Cancelled.name())
                         .increment(1);
-                    self.live.ring(id);
+                    self.live.notify(id);
                 }
                 Cancelling::Asked => self.live.stop(id, StopReason::Client),
                 Cancelling::Finished | Cancelling::Unknown => {}
@@ -192,7 +192,7 @@ impl Jobs {
         let deleted = self.store.delete_jobs(ids).await?;
         for &id in ids {
             self.live.stop(id, StopReason::Client);
-            self.live.ring(id);
+            self.live.notify(id);
         }
         Ok(deleted)
     }

@@ -1,4 +1,4 @@
-//! Housekeeping: jobs whose time is over, tickets that were used up, files that nothing names.
+//! Removes what is no longer needed: expired jobs, used tickets, files that no row names.
 
 use std::time::Duration;
 

@@ -8,9 +8,9 @@ use tracing::Instrument;
 
 use crate::engine::run::{RunContext, StopReason};
 use crate::service::config::JobsConfig;
-use crate::service::jobs::patience::patiently;
 use crate::service::jobs::recorder::{self, Recorder};
-use crate::service::jobs::{Driver, EnginePool, Handler, InputFile, Live, Products, Ticket, TicketQueue, beside};
+use crate::service::jobs::storage_retry::retry_while_storage_fails;
+use crate::service::jobs::{Driver, EnginePool, Handler, InputFile, Live, Products, Ticket, TicketQueue, run_blocking};
 use crate::service::store::{AssetRow, Claim, JobRow, Store, StoreError};
 use crate::service::wire::{Problem, ProblemKind, ResolvedSpec};
 
@@ -21,13 +21,13 @@ pub struct Worker<Q> {
     pub store: Store,
     /// Where interrupted jobs go back to.
     pub queue: Q,
-    /// Shortcuts within this process.
+    /// Runs and changes within this process.
     pub live: Live,
     /// The engine's threads.
     pub pool: EnginePool,
     /// The way from bytes to files.
     pub driver: Arc<dyn Driver>,
-    /// Attempts, retention, patience with the storage.
+    /// Attempts, retention, and how long a failing storage is waited for.
     pub config: JobsConfig,
     /// No new run begins after this.
     pub stop: CancellationToken,
@@ -42,11 +42,11 @@ impl<Q> std::fmt::Debug for Worker<Q> {
 impl<Q: TicketQueue + 'static> Handler for Worker<Q> {
     async fn handle(&self, ticket: Ticket) -> Result<(), StoreError> {
         let claim = || self.store.claim(ticket.job, ticket.number);
-        let Claim::Run(mut job) = patiently(None, &self.stop, claim).await? else {
+        let Claim::Run(mut job) = retry_while_storage_fails(None, &self.stop, claim).await? else {
             tracing::debug!(job.id = %ticket.job, "a ticket without a job");
             return Ok(());
         };
-        self.live.ring(job.id);
+        self.live.notify(job.id);
         let span = tracing::info_span!("job", job.id = %job.id, attempt = job.attempt, method = job.method);
         let result = async {
             match self.attempt(&mut job).await {
@@ -56,7 +56,7 @@ impl<Q: TicketQueue + 'static> Handler for Worker<Q> {
         }
         .instrument(span)
         .await;
-        self.live.ring(ticket.job);
+        self.live.notify(ticket.job);
         result
     }
 }
@@ -78,7 +78,7 @@ impl<Q: TicketQueue + 'static> Worker<Q> {
 
     async fn run(&self, job: &mut JobRow) -> Result<Result<Products, Problem>, StoreError> {
         let text = self.store.spec(job.id).await?.unwrap_or_default();
-        let spec = match beside(move || ResolvedSpec::from_json(text.as_bytes())).await {
+        let spec = match run_blocking(move || ResolvedSpec::from_json(text.as_bytes())).await {
             Ok(spec) => spec,
             // Accepted by an older version.
             Err(problem) => return Ok(Err(problem)),

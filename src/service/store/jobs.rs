@@ -31,7 +31,7 @@ pub enum Holding {
 
 /// How far a running attempt is.
 #[derive(Clone, Copy, Debug)]
-pub struct Standing {
+pub struct RunProgress {
     /// Name of the stage that began last.
     pub stage: Option<&'static str>,
     /// Thousandths.
@@ -116,7 +116,7 @@ impl Store {
         &self,
         id: Uuid,
         attempt: u32,
-        standing: &Standing,
+        progress: &RunProgress,
         happened: &[(&'static str, Value)],
     ) -> Result<Holding, StoreError> {
         let mut tx = self.write().await?;
@@ -126,9 +126,9 @@ impl Store {
         )
         .bind(id.to_string())
         .bind(attempt)
-        .bind(standing.stage)
-        .bind(standing.progress)
-        .bind(standing.seconds_left.map(|seconds| i64::try_from(seconds).unwrap_or(i64::MAX)))
+        .bind(progress.stage)
+        .bind(progress.progress)
+        .bind(progress.seconds_left.map(|seconds| i64::try_from(seconds).unwrap_or(i64::MAX)))
         .fetch_optional(&mut *tx)
         .await?;
         let Some(cancel) = cancel else { return Ok(Holding::Lost) };
@@ -168,7 +168,8 @@ impl Store {
         Ok(true)
     }
 
-    /// Cancels waiting jobs at once, and leaves word for the workers of running ones; `problem` is what their jobs show.
+    /// Cancels waiting jobs at once, and sets the flag that the workers of running ones look at; `problem` is what their
+    /// jobs show.
     pub async fn request_cancel(
         &self,
         ids: &[Uuid],
@@ -265,8 +266,8 @@ pub(in crate::service) async fn by_key(
     row.as_ref().map(JobRow::read).transpose()
 }
 
-/// Puts a running attempt back in line under a new ticket without counting it as a crash, inside a transaction; `false`
-/// if it does not hold the job any more. `faulty_since`: since when its storage fails.
+/// Puts the job of a running attempt back into the queue under a new ticket without counting it as a crash, inside a
+/// transaction; `false` if it does not hold the job any more. `faulty_since`: since when its storage fails.
 pub(in crate::service) async fn put_back(
     connection: &mut SqliteConnection,
     job: &JobRow,

@@ -1,4 +1,4 @@
-//! Pages of jobs and the line of the waiting ones.
+//! Lists of jobs, page by page, and positions in the queue.
 
 use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
 use uuid::Uuid;

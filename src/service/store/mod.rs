@@ -29,5 +29,5 @@ pub use error::StoreError;
 pub use events::EventRow;
 pub(in crate::service) use folder::private_folder;
 pub use job_row::{JobRow, NewJob};
-pub use jobs::{Cancelling, Claim, Ending, Holding, Standing};
+pub use jobs::{Cancelling, Claim, Ending, Holding, RunProgress};
 pub use listing::JobFilter;

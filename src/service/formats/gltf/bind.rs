@@ -49,7 +49,7 @@ pub(super) struct Binder<'a> {
     /// Whether any mesh has a skin and weights.
     is_skinned: bool,
     skins: BTreeMap<usize, Place>,
-    joints: Vec<Held>,
+    joints: Vec<BoundJoint>,
     /// The first joint of each node.
     first: BTreeMap<usize, usize>,
     /// Joints by node and the bits of their matrices.
@@ -57,10 +57,10 @@ pub(super) struct Binder<'a> {
 }
 
 /// A joint.
-struct Held {
+struct BoundJoint {
     node: usize,
-    /// As the file says it, and where that puts the mesh.
-    said: DMat4,
+    /// The inverse bind matrix of the file, and where that puts the mesh.
+    declared: DMat4,
     transform: DMat4,
     inverse_bind: [f32; 16],
 }
@@ -94,7 +94,7 @@ impl<'a> Binder<'a> {
             }
         }
         let joint = match instance.node.filter(|_| self.is_skinned) {
-            Some(node) => Some(self.hold(node, DMat4::IDENTITY, instance.transform)?),
+            Some(node) => Some(self.joint(node, DMat4::IDENTITY, instance.transform)?),
             None => None,
         };
         Ok(Place { transform: instance.transform, skin: None, joints: Rc::new([]), joint })
@@ -110,28 +110,30 @@ impl<'a> Binder<'a> {
         }
         let Some(&root) = nodes.first() else { return Ok(None) };
         within("joints", nodes.len() as u64, MOST_JOINTS)?;
-        let said = match json.inverse_bind_matrices {
+        let declared = match json.inverse_bind_matrices {
             Some(i) => Accessor::of(self.document, i.value(), &place)?.matrices(nodes.len())?,
             None => vec![DMat4::IDENTITY.to_cols_array(); nodes.len()],
         };
-        let said: Vec<DMat4> = said.into_iter().map(sane).collect();
-        let shared =
-            nodes.iter().zip(&said).find_map(|(node, said)| Some((&self.joints[*self.first.get(node)?], said)));
+        let declared: Vec<DMat4> = declared.into_iter().map(sane).collect();
+        let shared = nodes
+            .iter()
+            .zip(&declared)
+            .find_map(|(node, inverse)| Some((&self.joints[*self.first.get(node)?], inverse)));
         let transform = match shared {
-            Some((held, said)) if alike(&held.said, said) => held.transform,
-            Some((held, said)) => placement(&(held.transform * held.said.inverse()), said),
-            None => placement(&self.graph.world[root], &said[0]),
+            Some((joint, inverse)) if alike(&joint.declared, inverse) => joint.transform,
+            Some((joint, inverse)) => placement(&(joint.transform * joint.declared.inverse()), inverse),
+            None => placement(&self.graph.world[root], &declared[0]),
         };
-        let joints = nodes.iter().zip(&said).map(|(&node, said)| self.hold(node, *said, transform));
+        let joints = nodes.iter().zip(&declared).map(|(&node, inverse)| self.joint(node, *inverse, transform));
         let joints = joints.collect::<Result<Rc<[u16]>, _>>()?;
         Ok(Some(Place { transform, skin: Some(skin), joint: Some(joints[0]), joints }))
     }
 
-    /// The number of a joint that holds vertices which were bound by `said` and are put somewhere by `transform`.
-    fn hold(&mut self, node: usize, said: DMat4, transform: DMat4) -> Result<u16, ReadError> {
+    /// The number of a joint for vertices that were bound by the matrix `declared` and are put somewhere by `transform`.
+    fn joint(&mut self, node: usize, declared: DMat4, transform: DMat4) -> Result<u16, ReadError> {
         let bind = match transform == DMat4::IDENTITY || !is_usable(&transform) {
-            true => said,
-            false => said * transform.inverse(),
+            true => declared,
+            false => declared * transform.inverse(),
         };
         let inverse_bind = by_columns(&bind).unwrap_or_else(|| DMat4::IDENTITY.as_mat4().to_cols_array());
         let key = (node, inverse_bind.map(f32::to_bits));
@@ -143,7 +145,7 @@ impl<'a> Binder<'a> {
             Some(&number) => number,
             None => {
                 within("joints", self.joints.len() as u64 + 1, MOST_JOINTS)?;
-                self.joints.push(Held { node, said, transform, inverse_bind });
+                self.joints.push(BoundJoint { node, declared, transform, inverse_bind });
                 self.joints.len() - 1
             }
         } as u16;
@@ -155,8 +157,8 @@ impl<'a> Binder<'a> {
     /// The joints with all nodes above them.
     pub(super) fn finish(self) -> Skeleton {
         let mut kept = BTreeSet::new();
-        for held in &self.joints {
-            let mut at = Some(held.node);
+        for joint in &self.joints {
+            let mut at = Some(joint.node);
             while let Some(node) = at.filter(|&node| kept.insert(node)) {
                 at = self.graph.parent[node];
             }
@@ -168,23 +170,23 @@ impl<'a> Binder<'a> {
             let parent = self.graph.parent[node].map(|parent| number[&parent]);
             skeleton.nodes.push(skeleton_node(&json[node], parent));
         }
-        for (j, held) in self.joints.iter().enumerate() {
-            let mut node = number[&held.node];
-            if self.first.get(&held.node) != Some(&j) {
+        for (j, joint) in self.joints.iter().enumerate() {
+            let mut node = number[&joint.node];
+            if self.first.get(&joint.node) != Some(&j) {
                 let mut below = skeleton_node(&gltf::json::Node::default(), Some(node));
-                below.name = json[held.node].name.as_deref().map(cut);
+                below.name = json[joint.node].name.as_deref().map(cut);
                 node = skeleton.nodes.len() as u32;
                 skeleton.nodes.push(below);
             }
-            skeleton.joints.push(Joint { node, inverse_bind: held.inverse_bind });
+            skeleton.joints.push(Joint { node, inverse_bind: joint.inverse_bind });
         }
         skeleton
     }
 }
 
 /// A matrix of a file; one that holds what is no number is none.
-fn sane(said: [f64; 16]) -> DMat4 {
-    by_columns(&DMat4::from_cols_array(&said)).map_or(DMat4::IDENTITY, matrix)
+fn sane(columns: [f64; 16]) -> DMat4 {
+    by_columns(&DMat4::from_cols_array(&columns)).map_or(DMat4::IDENTITY, matrix)
 }
 
 fn matrix(columns: [f32; 16]) -> DMat4 {

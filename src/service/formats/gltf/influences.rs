@@ -62,9 +62,9 @@ pub(super) fn of_vertices(
     let otherwise = Influences::one(joints.first().copied().unwrap_or(0));
     let of_vertex = |v: usize| {
         let own = 4 * v..4 * v + 4;
-        let said = sets.iter().flat_map(|(numbers, weights)| numbers[own.clone()].iter().zip(&weights[own.clone()]));
+        let pairs = sets.iter().flat_map(|(numbers, weights)| numbers[own.clone()].iter().zip(&weights[own.clone()]));
         let mut outside = None;
-        let pairs = said.filter(|(_, weight)| **weight > 0.0).filter_map(|(&number, &weight)| {
+        let pairs = pairs.filter(|(_, weight)| **weight > 0.0).filter_map(|(&number, &weight)| {
             let joint = joints.get(number as usize).copied();
             outside = outside.or(joint.is_none().then_some(number));
             Some((joint?, weight))

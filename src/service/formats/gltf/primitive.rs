@@ -42,9 +42,9 @@ struct Appended<'a> {
     normals: BTreeMap<usize, Rc<Vec<[f32; 3]>>>,
 }
 
-/// What corners say, per vertex of a primitive.
+/// Attributes of corners, per vertex of a primitive.
 #[derive(Clone, Copy, Default)]
-struct Said<'a> {
+struct CornerAttributes<'a> {
     uv: Option<&'a [[f32; 2]]>,
     normals: Option<&'a [[f32; 3]]>,
 }
@@ -96,12 +96,12 @@ pub(super) fn append_mesh(
                 .influences
                 .as_ref()
                 .filter(|_| place.skin.is_some())
-                .map(|said| influences::of_vertices(std::slice::from_ref(said), count, &place.joints, &at));
+                .map(|set| influences::of_vertices(std::slice::from_ref(set), count, &place.joints, &at));
             let influences = influences.transpose()?;
-            let said = SaidOfVertices { colours, influences: influences.as_deref(), order: None };
-            let vertices = append_vertices(positions, said, &place, builder)?;
-            let said = Said { uv: decoded.uv.as_deref(), normals: None };
-            append_triangles(&decoded.triangles, &vertices, said, &place.transform, false, builder)?;
+            let attributes = VertexAttributes { colours, influences: influences.as_deref(), order: None };
+            let vertices = append_vertices(positions, attributes, &place, builder)?;
+            let attributes = CornerAttributes { uv: decoded.uv.as_deref(), normals: None };
+            append_triangles(&decoded.triangles, &vertices, attributes, &place.transform, false, builder)?;
             continue;
         }
         append(document, primitive, mode, &at, &place, &mut appended, builder)?;
@@ -168,12 +168,12 @@ fn append(
             let order = order.and_then(|i| read_order(document, i, &values));
             let influences =
                 at.skin.map(|_| influences::read(document, &sets, positions.count, &at.joints, place)).transpose()?;
-            let said = SaidOfVertices {
+            let attributes = VertexAttributes {
                 colours: colours.as_deref(),
                 influences: influences.as_deref(),
                 order: order.as_deref(),
             };
-            let vertices = append_vertices(&values, said, at, builder)?;
+            let vertices = append_vertices(&values, attributes, at, builder)?;
             appended.shared.0.insert(key, vertices.clone());
             vertices
         }
@@ -215,13 +215,14 @@ fn append(
         }
     }
     let is_polygons = is_list && extension(primitive, "FB_ngon_encoding").is_some();
-    let said = Said { uv: uv.as_deref().map(Vec::as_slice), normals: normals.as_deref().map(Vec::as_slice) };
-    append_triangles(&triangles, &vertices, said, &at.transform, is_polygons, builder)
+    let attributes =
+        CornerAttributes { uv: uv.as_deref().map(Vec::as_slice), normals: normals.as_deref().map(Vec::as_slice) };
+    append_triangles(&triangles, &vertices, attributes, &at.transform, is_polygons, builder)
 }
 
 /// What vertices say besides where they are, each list of one per vertex.
 #[derive(Clone, Copy)]
-struct SaidOfVertices<'a> {
+struct VertexAttributes<'a> {
     colours: Option<&'a [[f32; 4]]>,
     influences: Option<&'a [Influences]>,
     order: Option<&'a [u32]>,
@@ -230,12 +231,12 @@ struct SaidOfVertices<'a> {
 /// Appends vertices, those only that are no copies.
 fn append_vertices(
     positions: &[f64],
-    said: SaidOfVertices<'_>,
+    attributes: VertexAttributes<'_>,
     place: &Place,
     builder: &mut SoupBuilder,
 ) -> Result<Vertices, ReadError> {
     let first = builder.n_vertices() as u32;
-    let SaidOfVertices { colours, influences, order } = said;
+    let VertexAttributes { colours, influences, order } = attributes;
     let is_identity = place.transform == DMat4::IDENTITY;
     let hangs_on = place.joint.map(Influences::one);
     let mut numbers: Vec<u32> = Vec::new();
@@ -263,7 +264,7 @@ fn append_vertices(
 fn append_triangles(
     triangles: &[[u32; 3]],
     vertices: &Vertices,
-    said: Said<'_>,
+    attributes: CornerAttributes<'_>,
     transform: &DMat4,
     is_polygons: bool,
     builder: &mut SoupBuilder,
@@ -282,10 +283,10 @@ fn append_triangles(
         numbers.clear();
         numbers.extend(corners.iter().map(|&v| vertices.number(v)));
         builder.polygon(&numbers)?;
-        if let Some(uv) = said.uv {
+        if let Some(uv) = attributes.uv {
             builder.uv(corners.iter().map(|&v| uv[v as usize]));
         }
-        if let Some(normals) = said.normals {
+        if let Some(normals) = attributes.normals {
             builder.normals(corners.iter().map(|&v| turned(normals[v as usize])));
         }
         Ok(())

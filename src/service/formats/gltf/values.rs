@@ -1,7 +1,7 @@
 //! What vertices of a primitive say besides where they are.
 
 use super::super::error::ReadError;
-use super::super::soup_builder::UNSAID;
+use super::super::soup_builder::NO_VALUE;
 use super::accessor::Accessor;
 use super::document::Document;
 use super::fault::malformed;
@@ -18,7 +18,7 @@ pub(super) fn read_colours(
     }
     let colours = accessor.floats()?;
     let colours = colours.chunks_exact(accessor.components);
-    Ok(colours.map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, c.get(3).map_or(UNSAID, |&a| a as f32)]).collect())
+    Ok(colours.map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, c.get(3).map_or(NO_VALUE, |&a| a as f32)]).collect())
 }
 
 /// Texture coordinates with v upwards: glTF counts it downwards from 1.

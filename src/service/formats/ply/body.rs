@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::super::error::ReadError;
 use super::super::number::decimal;
-use super::super::soup_builder::{ReadLimits, SoupBuilder, UNSAID};
+use super::super::soup_builder::{NO_VALUE, ReadLimits, SoupBuilder};
 use super::PLY;
 use super::header::{Element, Encoding, Scalar, parse};
 use crate::engine::mesh::TriangleSoup;
@@ -76,7 +76,7 @@ fn read_vertices(element: &Element, values: &mut Values<'_>, builder: &mut SoupB
     }
     let coloured = has(3) && has(4) && has(5);
     for _ in 0..element.count {
-        let mut vertex = [f64::from(UNSAID); 7];
+        let mut vertex = [f64::from(NO_VALUE); 7];
         for (property, slot) in element.properties.iter().zip(&slots) {
             match slot {
                 Some((slot, full)) => vertex[*slot] = values.next(property.item)? / full,

@@ -6,9 +6,9 @@ use clap::Args;
 
 use crate::service::cli::progress::ProgressMode;
 
-/// How much is said.
+/// How much is printed.
 #[derive(Clone, Copy, Debug, Args)]
-pub(super) struct Talk {
+pub(super) struct Verbosity {
     /// Say nothing but why something failed: no progress, no warnings, no summary
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
@@ -17,26 +17,26 @@ pub(super) struct Talk {
     verbose: bool,
 }
 
-impl Talk {
+impl Verbosity {
     /// The progress that is shown.
     pub(super) fn progress(self, asked: ProgressMode) -> ProgressMode {
         if self.quiet { ProgressMode::None } else { asked }
     }
 
-    /// Says a line.
-    pub(super) fn say(self, line: &str) {
+    /// Prints a line.
+    pub(super) fn print(self, line: &str) {
         if !self.quiet {
             eprintln!("quadrille: {line}");
         }
     }
 
-    /// Says a trouble with an input that did not keep it from becoming quads, on one line.
+    /// Prints a warning about an input, on one line.
     pub(super) fn warn(self, input: &Path, warning: &str) {
-        self.say(&format!("warning: {}: {}", input.display(), warning.replace('\n', " ")));
+        self.print(&format!("warning: {}: {}", input.display(), warning.replace('\n', " ")));
     }
 
-    /// Says what only the curious want to know.
-    pub(super) fn explain(self, lines: &[String]) {
+    /// Prints details that are asked for with `--verbose`.
+    pub(super) fn print_details(self, lines: &[String]) {
         if self.verbose {
             lines.iter().for_each(|line| eprintln!("quadrille: {line}"));
         }

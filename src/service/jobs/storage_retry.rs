@@ -1,4 +1,4 @@
-//! Waiting for a storage that fails: a disk that is full, a database that is locked.
+//! Repeating what failed because of the storage: a disk that is full, a database that is locked.
 
 use std::future::Future;
 use std::time::Duration;
@@ -13,7 +13,7 @@ const FIRST_PAUSE: Duration = Duration::from_millis(100);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
 /// Repeats `work` while the storage fails, for `at_most` in all or without end, but not after `stop`.
-pub(super) async fn patiently<T, F>(
+pub(super) async fn retry_while_storage_fails<T, F>(
     at_most: Option<Duration>,
     stop: &CancellationToken,
     work: impl FnMut() -> F,
@@ -49,7 +49,7 @@ mod tests {
             stop.cancel();
         }
         let work = || async { if n.fetch_add(1, Ordering::Relaxed) < failures { Err(error()) } else { Ok(()) } };
-        let done = patiently(at_most, &stop, work).await.is_ok();
+        let done = retry_while_storage_fails(at_most, &stop, work).await.is_ok();
         (n.into_inner(), done)
     }
 
