@@ -8,6 +8,7 @@ mod fields;
 mod job;
 mod level;
 mod problem;
+mod problem_body;
 mod report;
 mod spec;
 mod violation;
@@ -16,7 +17,8 @@ mod warning;
 pub(in crate::service) use fields::Fields;
 pub use job::{InputBody, JobBody, JobList, JobStatus, ResultBody, Urls};
 pub use level::LevelName;
-pub use problem::{Figures, Problem, ProblemBody, ProblemKind, problem_of_fault};
+pub use problem::{Problem, ProblemKind, problem_of_fault};
+pub use problem_body::{Figures, ProblemBody};
 pub use report::{
     FeaturesReportBody, InputReportBody, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody, Spread,
 };
