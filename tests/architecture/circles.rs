@@ -3,37 +3,16 @@
 use crate::imports::Imports;
 use crate::{Source, check, sources};
 
-/// Circles that are still to be mended; what is none any more must be taken off the list.
-const KNOWN_CIRCLES: &[&[&str]] = &[
-    &["src/engine/certify/curves.rs", "src/engine/certify/samples.rs"],
-    &["src/engine/field/smooth.rs", "src/engine/field/smooth_system.rs"],
-    &[
-        "src/engine/methods/quad_cover/mod.rs",
-        "src/engine/methods/quad_cover/solve_field.rs",
-        "src/engine/methods/quad_cover/stiffen.rs",
-    ],
-    &["src/engine/parameterize/constraints.rs", "src/engine/parameterize/seamless_map.rs"],
-    &[
-        "src/engine/quad/extract/exact_map.rs",
-        "src/engine/quad/extract/extraction.rs",
-        "src/engine/quad/extract/grid_graph.rs",
-        "src/engine/quad/extract/nodes.rs",
-        "src/engine/quad/extract/trace.rs",
-    ],
-];
-
 #[test]
 fn no_files_import_each_other_in_a_circle() {
     let sources = sources();
     let imports = Imports::of(&sources);
     let circles = imports.circles();
     let mut breaches = Vec::new();
-    for circle in circles.iter().filter(|circle| !KNOWN_CIRCLES.contains(&circle.as_slice())) {
+    for circle in &circles {
         breaches.push(format!("{} files in a circle:", circle.len()));
         breaches.extend(imports.inside(circle));
     }
-    let mended = KNOWN_CIRCLES.iter().filter(|known| !circles.iter().any(|circle| circle == *known));
-    breaches.extend(mended.map(|known| format!("{known:?} is no circle any more: take it off KNOWN_CIRCLES")));
     check("circles", breaches);
 }
 

@@ -3,15 +3,15 @@
 //! The script of the method on one connected component. The field is solved once; the map's system is factored once;
 //! densities are tried by rounding alone, since the right-hand side is proportional to the scale.
 
+mod error;
 mod method;
+mod options;
 mod solve_field;
 mod stiffen;
 mod working;
 
-use crate::engine::field::BranchOptions;
 use crate::engine::field::BranchSearch;
 use crate::engine::field::CrossField;
-use crate::engine::field::FieldError;
 use crate::engine::field::Frames;
 use crate::engine::field::stroke_guidance;
 use crate::engine::mesh::Surface;
@@ -25,51 +25,13 @@ use crate::engine::parameterize::RoundedIntegers;
 use crate::engine::parameterize::RoundingStatistics;
 use crate::engine::parameterize::measure_map;
 use crate::engine::parameterize::untangle;
-use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
-use glam::DVec3;
 
+pub use error::QuadCoverError;
 pub use method::QuadCover;
+pub use options::QuadCoverOptions;
 pub use working::{Working, working_surface};
-
-/// What the method is asked for.
-#[derive(Clone, Debug)]
-pub struct QuadCoverOptions {
-    /// Length of a quad edge in model units.
-    pub edge_length: f64,
-    /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
-    pub log_size: Vec<f64>,
-    /// Number of quads wanted on this component; `None` keeps the edge length.
-    pub quads: Option<f64>,
-    /// 0 follows curvature, 1 is as smooth as possible.
-    pub smoothing: f64,
-    /// Whether curvature guides the field at all.
-    pub guided: bool,
-    /// Whether and how branch points are moved.
-    pub branch_points: Option<BranchOptions>,
-    /// Lines to follow, polylines in model units.
-    pub strokes: Vec<Vec<DVec3>>,
-    /// Whether grid lines may meet the boundary at any angle.
-    pub boundary_free: bool,
-}
-
-impl QuadCoverOptions {
-    /// Per halfedge, whether field and map follow it.
-    fn followed(&self, surface: &Surface) -> Vec<bool> {
-        let mut flags = surface.features.halfedge_flags(&surface.mesh);
-        if self.boundary_free {
-            flags.iter_mut().enumerate().for_each(|(h, flag)| *flag &= !surface.mesh.is_boundary(h));
-        }
-        flags
-    }
-
-    /// Vertices that must lie on grid points.
-    fn corners(&self, surface: &Surface) -> Vec<u32> {
-        let corners = surface.features.corners.iter().copied();
-        corners.filter(|&v| !self.boundary_free || !surface.mesh.is_boundary_vertex(v)).collect()
-    }
-}
 
 /// An integer-grid map (up to flipped triangles) of one component.
 #[derive(Clone, Debug)]
@@ -90,32 +52,6 @@ pub struct QuadCoverMap {
     pub curl_energy: f64,
     /// Energy added by rounding relative to ½‖X‖².
     pub rounding_energy: f64,
-}
-
-/// The method found no map.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum QuadCoverError {
-    /// The run was stopped.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The field failed.
-    #[error(transparent)]
-    Field(FieldError),
-    /// The map failed.
-    #[error(transparent)]
-    Map(MapError),
-}
-
-impl From<FieldError> for QuadCoverError {
-    fn from(e: FieldError) -> Self {
-        if let FieldError::Cancelled(c) = e { Self::Cancelled(c) } else { Self::Field(e) }
-    }
-}
-
-impl From<MapError> for QuadCoverError {
-    fn from(e: MapError) -> Self {
-        if let MapError::Cancelled(c) = e { Self::Cancelled(c) } else { Self::Map(e) }
-    }
 }
 
 /// Weight in the map of faces beneath strokes: it follows the field there, whatever that costs its surroundings.

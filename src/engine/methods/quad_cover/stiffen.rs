@@ -3,7 +3,7 @@
 
 use crate::engine::field::Frames;
 use crate::engine::mesh::TriMesh;
-use crate::engine::methods::quad_cover::QuadCoverError;
+use crate::engine::methods::quad_cover::error::QuadCoverError;
 use crate::engine::parameterize::GridMap;
 use crate::engine::parameterize::MapMeasures;
 use crate::engine::parameterize::MapSystem;

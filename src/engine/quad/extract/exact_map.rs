@@ -10,7 +10,7 @@ use crate::engine::parameterize::GridMap;
 use crate::engine::parameterize::Iso;
 use crate::engine::parameterize::rotate;
 use crate::engine::parameterize::rotate_integer;
-use crate::engine::quad::extract::ExtractError;
+use crate::engine::quad::extract::error::ExtractError;
 
 /// How near to an integer counts as one, in grid units, where a curve vertex may be taken as a grid point.
 const NEAR: f64 = 1e-6;

@@ -4,17 +4,14 @@ use crate::engine::mesh::Features;
 use crate::engine::mesh::TriMesh;
 use crate::engine::parameterize::GridMap;
 use crate::engine::quad::QuadDraft;
+use crate::engine::quad::extract::error::ExtractError;
 use crate::engine::quad::extract::exact_map::{BoundaryInGrid, ExactMap};
 use crate::engine::quad::extract::grid_graph::features_off_grid;
 use crate::engine::quad::extract::grid_graph::{PortOut, grid_graph};
 use crate::engine::quad::extract::nodes::Nodes;
-use crate::engine::quad::fill::FillError;
 use crate::engine::quad::fill::FillReport;
 use crate::engine::quad::fill::complete;
 use crate::engine::quad::fill::{BoundaryLoop, Exit, add_boundary_strips};
-use crate::engine::run::Blame;
-use crate::engine::run::Cancelled;
-use crate::engine::run::Fault;
 use crate::engine::run::RunContext;
 
 /// Quads of a map, and what was wrong with the map.
@@ -43,80 +40,6 @@ pub struct ExtractionReport {
     pub grid_points: usize,
     /// What was repaired to come to quads.
     pub fill: FillReport,
-}
-
-/// Why there are no quads.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ExtractError {
-    /// The run was stopped.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The lists of the map do not fit the mesh.
-    #[error("the map does not have one entry per halfedge of the mesh; compute it for this mesh")]
-    WrongLength,
-    /// A coordinate is NaN or infinite.
-    #[error("corner {corner} of the map is not finite; the solve that made the map failed")]
-    NotFinite {
-        /// Corner 3 f + k.
-        corner: u32,
-    },
-    /// The coordinates leave no digits for exact arithmetic.
-    #[error("the map extends to {extent} grid units, more than exact arithmetic allows; ask for fewer quads")]
-    TooLarge {
-        /// Largest coordinate.
-        extent: f64,
-    },
-    /// The two sides of an edge do not fit together.
-    #[error("the map gapes by {gap} grid units at the edge {a}-{b}; it is not seamless")]
-    GapingSeam {
-        /// One end.
-        a: u32,
-        /// The other end.
-        b: u32,
-        /// The gap in grid units.
-        gap: f64,
-    },
-    /// The transitions around a regular vertex do not compose to the identity.
-    #[error("the transitions of the map around vertex {vertex} do not close")]
-    OpenVertex {
-        /// The vertex.
-        vertex: u32,
-    },
-    /// A singularity does not lie on a grid point.
-    #[error("the transitions of the map put the singular vertex {vertex} off the grid; round the map first")]
-    SingularityOffGrid {
-        /// The vertex.
-        vertex: u32,
-    },
-    /// A boundary edge does not lie on a grid line.
-    #[error("the map does not put the boundary edge {a}-{b} on a grid line; align the map to the boundary")]
-    BoundaryOffGrid {
-        /// One end.
-        a: u32,
-        /// The other end.
-        b: u32,
-    },
-    /// The grid lines do not cut the surface into disks of the right number, or what they cut could not be filled.
-    #[error("the grid lines of the map do not describe the surface: {reason}; use a finer or less folded map")]
-    Unrepairable {
-        /// What did not fit.
-        reason: String,
-    },
-}
-
-impl Blame for ExtractError {
-    fn fault(&self) -> Fault {
-        if matches!(self, ExtractError::Cancelled(_)) { Fault::Cancelled } else { Fault::Internal }
-    }
-}
-
-impl From<FillError> for ExtractError {
-    fn from(error: FillError) -> Self {
-        match error {
-            FillError::Cancelled(stop) => Self::Cancelled(stop),
-            FillError::Topology { .. } | FillError::Stuck { .. } => Self::Unrepairable { reason: error.to_string() },
-        }
-    }
 }
 
 /// Extracts the quads of `map`, an integer-grid map of one connected component with some triangles flipped or without

@@ -7,6 +7,7 @@
 //! ([`crate::engine::quad::fill`]). In a map without folds all faces of the graph are quads at once. After Ebke, Bommes,
 //! Campen, Kobbelt, "QEx: robust quad mesh extraction", 2013, with the embedded graph in the place of their port rules.
 
+mod error;
 mod exact_map;
 mod extraction;
 mod gates;
@@ -19,4 +20,5 @@ mod turns;
 #[cfg(test)]
 mod tests;
 
-pub use extraction::{ExtractError, Extraction, ExtractionReport, extract_inner_quads, extract_quads};
+pub use error::ExtractError;
+pub use extraction::{Extraction, ExtractionReport, extract_inner_quads, extract_quads};

@@ -1,0 +1,44 @@
+//! What the method is asked for.
+
+use glam::DVec3;
+
+use crate::engine::field::BranchOptions;
+use crate::engine::mesh::Surface;
+
+/// What the method is asked for.
+#[derive(Clone, Debug)]
+pub struct QuadCoverOptions {
+    /// Length of a quad edge in model units.
+    pub edge_length: f64,
+    /// Per vertex the logarithm of the size relative to the edge length; empty if all quads are to be alike.
+    pub log_size: Vec<f64>,
+    /// Number of quads wanted on this component; `None` keeps the edge length.
+    pub quads: Option<f64>,
+    /// 0 follows curvature, 1 is as smooth as possible.
+    pub smoothing: f64,
+    /// Whether curvature guides the field at all.
+    pub guided: bool,
+    /// Whether and how branch points are moved.
+    pub branch_points: Option<BranchOptions>,
+    /// Lines to follow, polylines in model units.
+    pub strokes: Vec<Vec<DVec3>>,
+    /// Whether grid lines may meet the boundary at any angle.
+    pub boundary_free: bool,
+}
+
+impl QuadCoverOptions {
+    /// Per halfedge, whether field and map follow it.
+    pub(super) fn followed(&self, surface: &Surface) -> Vec<bool> {
+        let mut flags = surface.features.halfedge_flags(&surface.mesh);
+        if self.boundary_free {
+            flags.iter_mut().enumerate().for_each(|(h, flag)| *flag &= !surface.mesh.is_boundary(h));
+        }
+        flags
+    }
+
+    /// Vertices that must lie on grid points.
+    pub(super) fn corners(&self, surface: &Surface) -> Vec<u32> {
+        let corners = surface.features.corners.iter().copied();
+        corners.filter(|&v| !self.boundary_free || !surface.mesh.is_boundary_vertex(v)).collect()
+    }
+}
