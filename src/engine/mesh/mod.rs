@@ -28,6 +28,6 @@ pub use influences::Influences;
 pub use locate::{FaceTree, SurfaceIndex, SurfacePoint};
 pub use paths::ShortestPaths;
 pub use refine::{Refined, refine};
-pub use remesh::{IsotropicOptions, graded_working_mesh, remesh_isotropic, straightened, working_mesh};
+pub use remesh::{IsotropicOptions, LogSize, remesh_graded, remesh_isotropic, straightened, working_mesh};
 pub use soup::TriangleSoup;
 pub use tri_mesh::{MeshError, NONE, Topology, TriMesh, next, prev};

@@ -4,13 +4,16 @@
 //! threads, and the cores are used for independent components instead.
 
 use std::ops::AddAssign;
-use std::sync::Once;
+use std::sync::Arc;
 
-use faer::Side;
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::traits::ComplexField;
+use faer::{Conj, Par, Side};
 
 /// A linear solve failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -100,8 +103,8 @@ pub fn by_column<T: Copy>(n: usize, entries: &[(u32, u32, T)]) -> Vec<(u32, u32,
 /// A factorisation A = L Lᴴ.
 #[derive(Clone, Debug)]
 pub struct Cholesky<T: ComplexField> {
-    symbolic: SymbolicLlt<u32>,
-    factor: Llt<u32, T>,
+    symbolic: Arc<SymbolicCholesky<u32>>,
+    values: Vec<T>,
     n: usize,
 }
 
@@ -111,12 +114,16 @@ impl<T: ComplexField + Copy + AddAssign> Cholesky<T> {
     /// # Errors
     /// [`SolveError`] if it is not positive definite or does not fit.
     pub fn new(matrix: &HermitianMatrix<T>) -> Result<Self, SolveError> {
-        static SEQUENTIAL: Once = Once::new();
-        SEQUENTIAL.call_once(|| faer::set_global_parallelism(faer::Par::Seq));
-        let n = matrix.n();
+        // Columns are factored in groups whatever their number: on matrices of surfaces that is 1.4 times as fast as one by
+        // one, which is what is chosen automatically for the small ones (`cargo bench -- stages`).
+        let groups = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..CholeskySymbolicParams::default()
+        };
         let symbolic =
-            SymbolicLlt::try_new(matrix.lower.symbolic(), Side::Lower).map_err(|_| SolveError::TooLarge { n })?;
-        Self::with_symbolic(symbolic, matrix)
+            factorize_symbolic_cholesky(matrix.lower.symbolic(), Side::Lower, SymmetricOrdering::Amd, groups)
+                .map_err(|_| SolveError::TooLarge { n: matrix.n() })?;
+        Self::with_symbolic(Arc::new(symbolic), matrix)
     }
 
     /// Factors another matrix of the same pattern.
@@ -127,11 +134,25 @@ impl<T: ComplexField + Copy + AddAssign> Cholesky<T> {
         Self::with_symbolic(self.symbolic.clone(), matrix)
     }
 
-    fn with_symbolic(symbolic: SymbolicLlt<u32>, matrix: &HermitianMatrix<T>) -> Result<Self, SolveError> {
+    fn with_symbolic(symbolic: Arc<SymbolicCholesky<u32>>, matrix: &HermitianMatrix<T>) -> Result<Self, SolveError> {
         let n = matrix.n();
-        let factor = Llt::try_new_with_symbolic(symbolic.clone(), matrix.lower.as_ref(), Side::Lower)
-            .map_err(|_| SolveError::NotPositiveDefinite { n })?;
-        Ok(Self { symbolic, factor, n })
+        let mut values = vec![T::zero_impl(); symbolic.len_val()];
+        if n > 0 {
+            let scratch = symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default());
+            let mut memory = MemBuffer::try_new(scratch).map_err(|_| SolveError::TooLarge { n })?;
+            symbolic
+                .factorize_numeric_llt(
+                    &mut values,
+                    matrix.lower.as_ref(),
+                    Side::Lower,
+                    Default::default(),
+                    Par::Seq,
+                    MemStack::new(&mut memory),
+                    Default::default(),
+                )
+                .map_err(|_| SolveError::NotPositiveDefinite { n })?;
+        }
+        Ok(Self { symbolic, values, n })
     }
 
     /// Number of unknowns.
@@ -146,7 +167,13 @@ impl<T: ComplexField + Copy + AddAssign> Cholesky<T> {
         }
         let n_columns = columns.len() / self.n;
         let b = faer::MatMut::from_column_major_slice_mut(columns, self.n, n_columns);
-        self.factor.solve_in_place(b);
+        let mut memory = MemBuffer::new(self.symbolic.solve_in_place_scratch::<T>(n_columns, Par::Seq));
+        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            b,
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
     }
 }
 

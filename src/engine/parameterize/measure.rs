@@ -36,7 +36,7 @@ pub fn gradients(mesh: &TriMesh, frames: &Frames, uv: &[DVec2], f: usize) -> (DV
 }
 
 /// Signed singular values of the map on face `f`: larger first, the second negative if the face is flipped.
-pub fn singular_values(mesh: &TriMesh, frames: &Frames, uv: &[DVec2], f: usize) -> (f64, f64) {
+fn singular_values(mesh: &TriMesh, frames: &Frames, uv: &[DVec2], f: usize) -> (f64, f64) {
     let (du, dv) = gradients(mesh, frames, uv, f);
     // Conformal and anti-conformal part of the 2 × 2 gradient.
     let plus = DVec2::new(du.x + dv.y, dv.x - du.y).length() * 0.5;

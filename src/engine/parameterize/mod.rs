@@ -20,7 +20,7 @@ mod untangle;
 
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
 pub use map_error::MapError;
-pub use measure::{MapMeasures, gradients, measure_map, seam_residual, singular_values};
+pub use measure::{MapMeasures, gradients, measure_map, seam_residual};
 pub use rounding::RoundingStatistics;
 pub use seamless_map::{MapSystem, RoundedIntegers};
 pub use untangle::untangle;

@@ -50,14 +50,6 @@ impl Unknowns {
         Self { forms, place, n_continuous: n_continuous as usize, n_integers: n_integers as usize }
     }
 
-    /// The same continuous unknowns, with integers that are 0.
-    fn without_integers(&self) -> Self {
-        let is_continuous = |x: u32| matches!(self.place[x as usize], Place::Continuous(_));
-        let continuous = |form: &RealForm| form.iter().copied().filter(|&(x, _)| is_continuous(x)).collect();
-        let forms = self.forms.iter().map(continuous).collect();
-        Self { forms, place: self.place.clone(), n_continuous: self.n_continuous, n_integers: 0 }
-    }
-
     /// All raw unknowns from the values of the two blocks.
     pub(super) fn expand(&self, z: &[f64], q: &[f64]) -> Vec<f64> {
         let value = |x: u32| match self.place[x as usize] {
@@ -166,28 +158,6 @@ impl Reduced {
     /// Factors the continuous block.
     pub(super) fn factor(&self) -> Result<Cholesky<f64>, SolveError> {
         Cholesky::new(&HermitianMatrix::from_lower(self.b_z.len(), &self.zz))
-    }
-
-    /// The best continuous unknowns for given integers where only the weights of `raw` differ from those of `factor`.
-    /// What couples integers is never formed: they move to the right-hand side first.
-    pub(super) fn solve_weighted(
-        mut raw: Quadratic,
-        unknowns: &Unknowns,
-        factor: &Cholesky<f64>,
-        scale: f64,
-        q: &[f64],
-    ) -> Result<Vec<f64>, SolveError> {
-        raw.b.iter_mut().for_each(|b| *b *= scale);
-        let x = unknowns.expand(&vec![0.0; unknowns.n_continuous], q);
-        for &(i, j, v) in &raw.lower {
-            raw.b[i as usize] -= v * x[j as usize];
-            if i != j {
-                raw.b[j as usize] -= v * x[i as usize];
-            }
-        }
-        let reduced = Self::new(&raw, &unknowns.without_integers());
-        let factor = factor.refactor(&HermitianMatrix::from_lower(reduced.b_z.len(), &reduced.zz))?;
-        Ok(reduced.solve_continuous(&factor, 1.0, &[]))
     }
 
     /// Real optimum of the integers for scale 1 without the period matrix: one more factorisation, of all unknowns.

@@ -51,14 +51,14 @@ pub struct MapSystem {
     special: Vec<u32>,
     /// Angle of grad u per face, in the combed charts.
     direction: Vec<f64>,
-    /// Weight of each face.
-    weight: Vec<f64>,
     reduced: Reduced,
     factor: Cholesky<f64>,
     /// Unless there are too many integers.
     periods: Option<Periods>,
     /// Real optimum of the integers for scale 1.
     optimum: Vec<f64>,
+    /// Corner values of the map with them.
+    seamless: Vec<DVec2>,
     constant: f64,
     /// Real forms that must be integers, in raw unknowns.
     integral: Vec<Vec<(u32, f64)>>,
@@ -121,7 +121,7 @@ impl MapSystem {
             Some(periods) => periods.optimum.clone(),
             None => reduced.optimum()?,
         };
-        Ok(Self {
+        let mut system = Self {
             cut,
             cut_cost,
             forms,
@@ -129,14 +129,22 @@ impl MapSystem {
             iso,
             special,
             direction,
-            weight,
             reduced,
             factor,
             periods,
             optimum,
+            seamless: Vec::new(),
             constant: raw.constant,
             integral,
-        })
+        };
+        system.solve_seamless();
+        Ok(system)
+    }
+
+    /// The map before rounding is the same at every scale but for the scale.
+    fn solve_seamless(&mut self) {
+        let z = self.reduced.solve_continuous(&self.factor, 1.0, &self.optimum);
+        self.seamless = self.corners(&self.unknowns.expand(&z, &self.optimum));
     }
 
     /// Number of integers.
@@ -198,6 +206,7 @@ impl MapSystem {
     pub(super) fn without_periods(mut self) -> Self {
         self.optimum = self.reduced.optimum().unwrap();
         self.periods = None;
+        self.solve_seamless();
         self
     }
 
@@ -208,7 +217,7 @@ impl MapSystem {
     }
 
     fn seamless_at(&self, scale: f64) -> Vec<DVec2> {
-        self.seamless_corners().iter().map(|z| *z * scale).collect()
+        self.seamless.iter().map(|z| *z * scale).collect()
     }
 
     fn elements<'a>(&'a self, mesh: &'a TriMesh, seamless: &'a [DVec2]) -> Elements<'a> {
@@ -295,9 +304,8 @@ impl MapSystem {
     }
 
     /// The seamless map before rounding, for measuring: corner values in grid units at scale 1.
-    pub fn seamless_corners(&self) -> Vec<DVec2> {
-        let z = self.reduced.solve_continuous(&self.factor, 1.0, &self.optimum);
-        self.corners(&self.unknowns.expand(&z, &self.optimum))
+    pub fn seamless_corners(&self) -> &[DVec2] {
+        &self.seamless
     }
 
     /// The map with these integers.
@@ -306,24 +314,6 @@ impl MapSystem {
     /// [`MapError::Fractions`] if positions that must be integers are not.
     pub fn map(&self, mesh: &TriMesh, rounded: &RoundedIntegers) -> Result<GridMap, MapError> {
         let z = self.reduced.solve_continuous(&self.factor, rounded.scale, &rounded.q);
-        self.grid_map(mesh, &z, &rounded.q)
-    }
-
-    /// The map with these integers that minimises the energy with more weight per face (stiffening): same pattern,
-    /// one more numeric factorisation.
-    ///
-    /// # Errors
-    /// As [`MapSystem::map`], and if the factorisation fails.
-    pub fn map_weighted(
-        &self,
-        mesh: &TriMesh,
-        frames: &Frames,
-        rounded: &RoundedIntegers,
-        weight: &[f64],
-    ) -> Result<GridMap, MapError> {
-        let weight: Vec<f64> = weight.iter().zip(&self.weight).map(|(a, b)| a * b).collect();
-        let raw = assemble(mesh, frames, &self.direction, &weight, &self.forms);
-        let z = Reduced::solve_weighted(raw, &self.unknowns, &self.factor, rounded.scale, &rounded.q)?;
         self.grid_map(mesh, &z, &rounded.q)
     }
 

@@ -16,6 +16,9 @@ const SWEEPS: usize = 20;
 const MOST: f64 = 0.05;
 const FEW: usize = 20;
 
+/// Rings of quads around pulled vertices that come after them: a pull is shorter than two edges.
+const RINGS: usize = 5;
+
 /// What is polished: quads that were made for `problem`, which `whole` became when something was given up or refined.
 pub(super) struct Polisher<'a> {
     pub(super) ctx: &'a RunContext,
@@ -154,15 +157,26 @@ fn without_doublets(
     Ok(single.into_iter().collect())
 }
 
+/// The vertices within so many rings of quads around those that are marked.
+fn within_rings(quads: &[[u32; 4]], mut marked: Vec<bool>, rings: usize) -> Vec<bool> {
+    for _ in 0..rings {
+        let touched: Vec<[u32; 4]> = quads.iter().copied().filter(|q| q.iter().any(|&v| marked[v as usize])).collect();
+        touched.concat().into_iter().for_each(|v| marked[v as usize] = true);
+    }
+    marked
+}
+
 /// With tips pulled out to the surface, relaxed around them and not.
 fn reaching(work: &Polisher<'_>, _: &QuadDraft, _: Regularity, best: &Judged) -> Result<Vec<QuadDraft>, Cancelled> {
     let Problem { surface, index, edge_length, .. } = work.problem;
     let reach =
         |draft: &QuadDraft| work.ctx.stage(Stage::Optimise, |ctx| reach_out(ctx, surface, index, draft, *edge_length));
     let Some(reached) = reach(&best.draft)? else { return Ok(Vec::new()) };
-    // Those that were pulled stay; the others come after them.
+    // Those that were pulled stay; the others near them come after them.
     let before = &best.draft.mesh.positions;
-    let held = reached.mesh.positions.iter().enumerate().map(|(v, p)| before.get(v) != Some(p)).collect();
+    let pulled: Vec<bool> = reached.mesh.positions.iter().enumerate().map(|(v, p)| before.get(v) != Some(p)).collect();
+    let near = within_rings(&reached.mesh.quads, pulled.clone(), RINGS);
+    let held = pulled.iter().zip(near).map(|(&pulled, near)| pulled || !near).collect();
     let relaxed = work.relaxed(reached.clone(), held)?;
     let relaxed = reach(&relaxed)?.unwrap_or(relaxed);
     Ok(vec![relaxed, reached])

@@ -15,7 +15,7 @@ impl Remesher<'_> {
             if !self.mesh.is_edge_owner(h) || self.mesh.length_squared(h) >= limit * limit {
                 continue;
             }
-            let local = limit * self.size_at(self.mesh.position(self.mesh.origin(h)));
+            let local = limit * self.size_of(self.mesh.origin(h));
             if self.mesh.length_squared(h) >= local * local {
                 continue;
             }
@@ -37,7 +37,7 @@ impl Remesher<'_> {
         let mesh = &self.mesh;
         let (a, b) = (mesh.origin(h), mesh.target(h));
         let (pa, pb) = (mesh.position(a), mesh.position(b));
-        let longest = 4.0 / 3.0 * self.options.target_edge * self.size_at(pb);
+        let longest = 4.0 / 3.0 * self.options.target_edge * self.size_of(b);
         let too_long = |n: u32| {
             let p = mesh.position(n);
             p.distance_squared(pb) > p.distance_squared(pa).max(longest * longest)
@@ -69,7 +69,7 @@ impl Remesher<'_> {
             distance = distance.min(closest_on_triangle(pa, &new.points).1.distance_squared(pa));
         }
         // A boundary ear has no other faces; its curve was asked above.
-        let tolerance = self.tolerance_at(pa);
+        let tolerance = self.options.tolerance * self.size_of(a);
         distance <= tolerance * tolerance || distance == f64::INFINITY
     }
 }

@@ -4,6 +4,7 @@
 //! change is tried on the triangles that it makes, against the normals and the distance of the original surface.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::engine::mesh::refine::{bisect, make_room};
 use crate::engine::mesh::remesh::edit::{EditMesh, Edited};
@@ -115,6 +116,8 @@ pub(super) struct Remesher<'a> {
     pub(super) original: &'a SurfaceIndex,
     pub(super) options: IsotropicOptions,
     size: Option<LocalSize<'a>>,
+    /// Per vertex the size at the place where it came to be; empty where all sizes are 1.
+    sizes: Vec<f64>,
     /// Normal of the original surface at each vertex; zero on curves and at corners, where there is not one.
     pub(super) normals: Vec<DVec3>,
 }
@@ -138,11 +141,25 @@ impl<'a> Remesher<'a> {
             let has_none = mesh.fixed[v] || mesh.on_curve[v];
             *normal = if has_none { DVec3::ZERO } else { normal.normalize_or_zero() };
         }
-        Self { ctx, mesh, original, options, size, normals }
+        let mut work = Self { ctx, mesh, original, options, size, sizes: Vec::new(), normals };
+        work.size_new_vertices();
+        work
+    }
+
+    /// Sizes of the vertices that have none yet.
+    fn size_new_vertices(&mut self) {
+        let Some(size) = self.size else { return };
+        let new = &self.mesh.positions[self.sizes.len()..];
+        self.sizes.par_extend(new.par_iter().map(|&p| size(p)));
+    }
+
+    /// Size at a vertex relative to what the options say.
+    pub(super) fn size_of(&self, v: u32) -> f64 {
+        self.sizes.get(v as usize).copied().unwrap_or(1.0)
     }
 
     /// Size at a point relative to what the options say.
-    pub(super) fn size_at(&self, p: DVec3) -> f64 {
+    fn size_at(&self, p: DVec3) -> f64 {
         self.size.map_or(1.0, |size| size(p))
     }
 
@@ -155,14 +172,14 @@ impl<'a> Remesher<'a> {
         let first_new = self.mesh.positions.len();
         let longest = 4.0 / 3.0 * self.options.target_edge;
         let mut parent: Vec<u32> = (0..self.mesh.faces.len() as u32).collect();
-        let at = |v: u32| self.size_at(self.mesh.position(v));
-        let size = |f: usize| self.mesh.faces[f].map(at).into_iter().fold(f64::INFINITY, f64::min);
+        let size = |f: usize| self.mesh.faces[f].map(|v| self.size_of(v)).into_iter().fold(f64::INFINITY, f64::min);
         let local: Vec<f64> = match self.size {
             Some(_) => (0..parent.len()).map(|f| if self.mesh.is_alive(f) { size(f) } else { 1.0 }).collect(),
             None => vec![1.0; parent.len()],
         };
         bisect(self.ctx, &mut self.mesh, &mut parent, |f| longest * local[f as usize], self.options.max_faces)?;
         self.normals.resize(self.mesh.positions.len(), DVec3::ZERO);
+        self.size_new_vertices();
         let mut fan = Vec::new();
         for v in first_new as u32..self.mesh.positions.len() as u32 {
             if !self.mesh.on_curve[v as usize] {

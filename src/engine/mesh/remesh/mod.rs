@@ -17,4 +17,4 @@ pub(in crate::engine::mesh) use edit::EditMesh;
 pub use isotropic::{IsotropicOptions, remesh_isotropic};
 pub(in crate::engine) use isotropic::{LocalSize, remesh_with_middles};
 pub use straighten::straightened;
-pub use working::{graded_working_mesh, working_mesh};
+pub use working::{LogSize, remesh_graded, working_mesh};

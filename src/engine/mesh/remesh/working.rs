@@ -1,25 +1,29 @@
 //! The triangles that a map lives on.
 
-use crate::engine::mesh::remesh::{IsotropicOptions, remesh_isotropic};
+use crate::engine::mesh::remesh::{IsotropicOptions, remesh_isotropic, remesh_with_middles};
 use crate::engine::mesh::{Surface, SurfaceIndex, TriMesh, refine};
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Faces per face of an ideal mesh from which on a mesh is much too fine.
-const TOO_FINE: f64 = 3.0;
+/// The logarithm of the local size of edges for points near the surface.
+pub type LogSize<'a> = &'a (dyn Fn(DVec3) -> f64 + Sync);
+
+/// Faces per face of an ideal mesh from which on a mesh is too fine: everything after it takes time in proportion, and a
+/// remesh costs about as much as it saves at this ratio.
+const TOO_FINE: f64 = 1.3;
+/// No mesh of fewer faces is too fine.
+const FEW_FACES: f64 = 2000.0;
+/// Edges of a remesh, relative to the longest allowed: they come out up to 4/3 as long as that.
+const REMESHED: f64 = 0.8;
 /// A triangle shaped worse (1 is equilateral, 0 has no area) is bad …
 const BAD_SHAPE: f64 = 0.1;
 /// … and so is a mesh with a larger part of such triangles.
 const BAD_PART: f64 = 0.02;
-/// Where sizes vary, a surface is remeshed at the size that is undercut by so much of its area,
-const FINER_PART: f64 = 0.2;
-/// but not below this share of the common one.
-const MIN_SHARE_OF_COMMON: f64 = 0.6;
-
-/// A surface for the cross field and the map: no edge longer than about `max_edge`, room at the features, and if
-/// possible the very same surface: it is only refined, unless the triangles are much too many or badly shaped; then it
-/// is remeshed, within a tenth of `max_edge`. Corners keep their places and their order.
+/// A surface for the cross field and the map: no edge longer than about `max_edge` times the local size, whose logarithm
+/// `log_size` gives for every point of the surface (`None`: 0 everywhere), room at the features, and if possible the very
+/// same surface: it is only refined, unless the triangles are too many or badly shaped; then it is remeshed, within a tenth
+/// of the longest edge. Corners keep their places and their order.
 ///
 /// # Errors
 /// [`Cancelled`] only.
@@ -28,72 +32,63 @@ pub fn working_mesh(
     surface: &Surface,
     original: &SurfaceIndex,
     max_edge: f64,
+    log_size: Option<LogSize<'_>>,
     max_faces: usize,
 ) -> Result<Surface, Cancelled> {
     let mesh = &surface.mesh;
+    let size = |p: DVec3| log_size.map_or(1.0, |log_size| log_size(p).exp());
+    let longest_edges = |mesh: &TriMesh| -> Vec<f64> {
+        let sizes: Vec<f64> = mesh.positions().par_iter().map(|&p| size(p)).collect();
+        let of_face = |f| mesh.face(f).iter().map(|&v| sizes[v as usize]).fold(f64::INFINITY, f64::min);
+        (0..mesh.n_faces()).map(|f| max_edge * of_face(f)).collect()
+    };
+    let longest = longest_edges(mesh);
     // Bisection halves lengths, so refined edges are three quarters of the allowed length on average.
-    let ideal = mesh.total_area() * 4.0 / 3f64.sqrt() / (0.75 * max_edge).powi(2);
-    let too_fine = |faces: usize| faces as f64 > (TOO_FINE * ideal).max(2000.0) || faces >= max_faces;
+    let ideal: f64 = (0..mesh.n_faces()).map(|f| mesh.area(f) * 4.0 / 3f64.sqrt() / (0.75 * longest[f]).powi(2)).sum();
+    let too_fine = |faces: usize| faces as f64 > (TOO_FINE * ideal).max(FEW_FACES) || faces >= max_faces;
+    // Sizes of a large triangle are known at its corners alone, hence once more where it was cut.
+    let refined = |surface: &Surface, longest: Vec<f64>| -> Result<Surface, Cancelled> {
+        let even = refine(ctx, surface, |f| max_edge.max(longest[f as usize]), max_faces)?.surface;
+        if log_size.is_none() {
+            return Ok(even);
+        }
+        let longest = longest_edges(&even.mesh);
+        Ok(refine(ctx, &even, |f| longest[f as usize], max_faces)?.surface)
+    };
     if !too_fine(mesh.n_faces()) && !is_badly_shaped(mesh) {
-        let refined = refine(ctx, surface, |_| max_edge, max_faces)?.surface;
+        let refined = refined(surface, longest)?;
         if !too_fine(refined.mesh.n_faces()) {
             return Ok(refined);
         }
     }
-    let options = IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * max_edge) };
-    remesh_isotropic(ctx, surface, original, &options)
+    let options = IsotropicOptions { max_faces, ..IsotropicOptions::dense(REMESHED * max_edge) };
+    let remeshed = remesh_graded(ctx, surface, original, options, log_size)?;
+    if log_size.is_none() {
+        return Ok(remeshed);
+    }
+    let longest = longest_edges(&remeshed.mesh);
+    refined(&remeshed, longest)
 }
 
-/// As [`working_mesh`], with no edge longer than about `max_edge` times the local size, whose logarithm `log_size` gives
-/// for every point of the surface. Where the surface must be remeshed that is done evenly, and small triangles are made
-/// by refinement: in the end only the quads have to lie on the surface.
+/// [`remesh_isotropic`](super::remesh_isotropic) with edges that are shorter or longer than the one aimed at by the local
+/// size, whose logarithm `log_size` gives for every point of the surface; all alike where it is `None`.
 ///
 /// # Errors
 /// [`Cancelled`] only.
-pub fn graded_working_mesh(
+pub fn remesh_graded(
     ctx: &RunContext,
     surface: &Surface,
     original: &SurfaceIndex,
-    max_edge: f64,
-    log_size: impl Fn(DVec3) -> f64 + Sync,
-    max_faces: usize,
+    options: IsotropicOptions,
+    log_size: Option<LogSize<'_>>,
 ) -> Result<Surface, Cancelled> {
-    let sizes = |mesh: &TriMesh| -> Vec<f64> { mesh.positions().par_iter().map(|&p| log_size(p)).collect() };
-    let least = |mesh: &TriMesh, sizes: &[f64]| -> Vec<f64> {
-        let of_face = |f| mesh.face(f).iter().map(|&v| sizes[v as usize]).fold(f64::INFINITY, f64::min);
-        (0..mesh.n_faces()).map(|f| max_edge * of_face(f).exp()).collect()
-    };
-    let mesh = &surface.mesh;
-    let own = sizes(mesh);
-    let local = least(mesh, &own);
-    let ideal: f64 = (0..mesh.n_faces()).map(|f| mesh.area(f) * 4.0 / 3f64.sqrt() / (0.75 * local[f]).powi(2)).sum();
-    let too_fine = |faces: usize| faces as f64 > (TOO_FINE * ideal).max(2000.0) || faces >= max_faces;
-    let even = if !too_fine(mesh.n_faces()) && !is_badly_shaped(mesh) {
-        // Sizes of a large triangle are known at its corners alone.
-        refine(ctx, surface, |f| max_edge.max(local[f as usize]), max_faces)?.surface
-    } else {
-        let usual = quantile(mesh, &local, FINER_PART).clamp(MIN_SHARE_OF_COMMON * max_edge, max_edge);
-        remesh_isotropic(
-            ctx,
-            surface,
-            original,
-            &IsotropicOptions { max_faces, ..IsotropicOptions::dense(0.8 * usual) },
-        )?
-    };
-    let local = least(&even.mesh, &sizes(&even.mesh));
-    Ok(refine(ctx, &even, |f| local[f as usize], max_faces)?.surface)
-}
-
-/// The value that is undercut on this part of the area.
-fn quantile(mesh: &TriMesh, values: &[f64], part: f64) -> f64 {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let mut left = part * mesh.total_area();
-    let found = order.into_iter().find(|&f| {
-        left -= mesh.area(f);
-        left <= 0.0
-    });
-    found.map_or(f64::INFINITY, |f| values[f])
+    let Some(log_size) = log_size else { return remesh_isotropic(ctx, surface, original, &options) };
+    // Edges longer than the one aimed at are never collapsed: it is the longest, and sizes are relative to that.
+    let largest = surface.mesh.positions().par_iter().map(|&p| log_size(p)).reduce(|| f64::NEG_INFINITY, f64::max);
+    let target_edge = largest.exp() * options.target_edge;
+    let options = IsotropicOptions { target_edge, tolerance: largest.exp() * options.tolerance, ..options };
+    let relative = |p: DVec3| (log_size(p) - largest).exp();
+    Ok(remesh_with_middles(ctx, surface, original, &options, Some(&relative))?.surface)
 }
 
 fn is_badly_shaped(mesh: &TriMesh) -> bool {
@@ -119,7 +114,7 @@ mod tests {
 
     fn work(surface: &Surface, max_edge: f64) -> Surface {
         let index = SurfaceIndex::new(&surface.mesh);
-        working_mesh(&RunContext::silent(), surface, &index, max_edge, 1_000_000).unwrap()
+        working_mesh(&RunContext::silent(), surface, &index, max_edge, None, 1_000_000).unwrap()
     }
 
     #[test]

@@ -7,7 +7,6 @@ mod error;
 mod method;
 mod options;
 mod solve_field;
-mod stiffen;
 mod working;
 
 use crate::engine::field::BranchSearch;
@@ -90,10 +89,9 @@ pub fn quad_cover(
     let mesh = &working.mesh;
     let Prepared { frames, field, branch_search, system } = prepare(ctx, working, options)?;
     ctx.stage(Stage::Round, |ctx| {
-        let (rounded, grid, measures) = meet_count(&ctx.span(0.0, 0.9), working, &frames, &system, options)?;
-        let (mut grid, _) = stiffen::stiffen(&ctx.span(0.9, 0.95), mesh, &frames, &system, &rounded, grid, measures)?;
+        let (rounded, mut grid, _) = meet_count(&ctx.span(0.0, 0.9), working, &frames, &system, options)?;
         let pinned = pinned(working, &field);
-        let left = untangle(&ctx.span(0.95, 1.0), mesh, &frames, &mut grid, &pinned, rounded.scale)?;
+        let left = untangle(&ctx.span(0.9, 1.0), mesh, &frames, &mut grid, &pinned, rounded.scale)?;
         let mut measures = measure_map(mesh, &frames, &grid, rounded.scale);
         measures.flipped = measures.flipped.max(left);
         Ok(QuadCoverMap {

@@ -1,6 +1,7 @@
 //! The field of the method: searched on a coarse mesh first, where a step costs little, and then carried over.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::engine::field::BranchSearch;
 use crate::engine::field::CrossField;
@@ -9,20 +10,24 @@ use crate::engine::field::FieldStart;
 use crate::engine::field::Frames;
 use crate::engine::field::StrokeGuidance;
 use crate::engine::field::curvature_guidance;
+use crate::engine::field::quads_of;
 use crate::engine::field::smooth_cross_field;
 use crate::engine::field::stroke_guidance;
 use crate::engine::field::transfer_field;
 use crate::engine::mesh::IsotropicOptions;
+use crate::engine::mesh::LogSize;
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriMesh;
-use crate::engine::mesh::remesh_isotropic;
-use crate::engine::methods::quad_cover::QuadCoverError;
-use crate::engine::methods::quad_cover::QuadCoverOptions;
+use crate::engine::mesh::remesh_graded;
+use crate::engine::methods::quad_cover::error::QuadCoverError;
+use crate::engine::methods::quad_cover::options::QuadCoverOptions;
 use crate::engine::run::RunContext;
 
 /// Edges of the coarse mesh in quad edges: branch points are kept further apart than this.
 const COARSE: f64 = 1.0;
+/// How far the coarse mesh may stray from the surface, in its own edges: a field needs directions, not places.
+const TOLERANCE: f64 = 0.3;
 /// A coarse mesh is worth its making if it has at most this share of the faces.
 const WORTH: f64 = 0.4;
 /// Faces up to which the search goes on the working mesh itself.
@@ -60,18 +65,24 @@ fn coarse_start(
     options: &QuadCoverOptions,
 ) -> Result<Option<(FieldStart, BranchSearch)>, QuadCoverError> {
     let mesh = &working.mesh;
-    let finest = options.log_size.iter().copied().fold(0.0, f64::min).exp();
-    let edge = COARSE * options.edge_length * finest;
-    let faces = mesh.total_area() * 4.0 / 3f64.sqrt() / (edge * edge);
+    let edge = COARSE * options.edge_length;
+    let area = if options.log_size.is_empty() { mesh.total_area() } else { quads_of(mesh, &options.log_size) };
+    let faces = area * 4.0 / 3f64.sqrt() / (edge * edge);
     if mesh.n_faces() < FEW_FACES || faces > WORTH * mesh.n_faces() as f64 {
         return Ok(None);
     }
     let index = SurfaceIndex::new(mesh);
-    let coarse = remesh_isotropic(&ctx.span(0.0, 0.1), working, &index, &IsotropicOptions::dense(edge))?;
+    let log_size_at = |p: DVec3| carried(mesh, &index, &options.log_size, p);
+    let log_size: Option<LogSize<'_>> = if options.log_size.is_empty() { None } else { Some(&log_size_at) };
+    let fidelity = IsotropicOptions { tolerance: TOLERANCE * edge, ..IsotropicOptions::dense(edge) };
+    let coarse = remesh_graded(&ctx.span(0.0, 0.1), working, &index, fidelity, log_size)?;
     if coarse.mesh.n_faces() > mesh.n_faces() / 2 {
         return Ok(None);
     }
-    let log_size = carried_sizes(mesh, &index, &options.log_size, coarse.mesh.positions());
+    let log_size: Vec<f64> = match log_size {
+        Some(log_size) => coarse.mesh.positions().par_iter().map(|&p| log_size(p)).collect(),
+        None => Vec::new(),
+    };
     let coarse_frames = frames_of(&coarse.mesh, &log_size);
     let strokes = stroke_guidance(&coarse.mesh, &coarse_frames, &options.strokes, options.edge_length);
     let (field, search) = on_mesh(&ctx.span(0.1, 0.95), &coarse, &coarse_frames, strokes, None, options)?;
@@ -83,16 +94,11 @@ pub(super) fn frames_of(mesh: &TriMesh, log_size: &[f64]) -> Frames {
     if log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, log_size) }
 }
 
-fn carried_sizes(mesh: &TriMesh, index: &SurfaceIndex, log_size: &[f64], points: &[DVec3]) -> Vec<f64> {
-    if log_size.is_empty() {
-        return Vec::new();
-    }
-    let at = |&p: &DVec3| {
-        let at = index.closest(p);
-        let face = mesh.face(at.face as usize);
-        (0..3).map(|k| at.barycentric[k] * log_size[face[k] as usize]).sum()
-    };
-    points.iter().map(at).collect()
+/// Values at the vertices of a mesh, between them.
+fn carried(mesh: &TriMesh, index: &SurfaceIndex, values: &[f64], p: DVec3) -> f64 {
+    let at = index.closest(p);
+    let face = mesh.face(at.face as usize);
+    (0..3).map(|k| at.barycentric[k] * values[face[k] as usize]).sum()
 }
 
 fn on_mesh(

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::engine::field::BranchOptions;
-use crate::engine::mesh::{Surface, graded_working_mesh, straightened, working_mesh};
+use crate::engine::mesh::{LogSize, Surface, straightened, working_mesh};
 use crate::engine::methods::quad_cover::QuadCoverOptions;
 use crate::engine::problem::{Align, Boundary, Problem, WorkingMesh};
 use crate::engine::run::{Cancelled, RunContext};
@@ -40,8 +40,9 @@ impl Working {
     }
 }
 
-/// Longest triangle edge relative to a quad edge: singularities need triangles between them.
-const LONGEST_EDGE: f64 = 0.55;
+/// Longest triangle edge relative to a quad edge: about seven triangles per quad. Singularities need triangles between
+/// them, and time and memory of field and map are in proportion to the number of triangles.
+const LONGEST_EDGE: f64 = 0.75;
 /// Most triangles of a working mesh.
 const MAX_FACES: usize = 1_000_000;
 
@@ -59,10 +60,8 @@ pub fn working_surface(ctx: &RunContext, problem: &Problem) -> Result<Working, C
         WorkingMesh::Auto => {
             let surface = surface.in_canonical_order();
             let surface = straightened(ctx, &surface, index, *edge_length)?.unwrap_or(surface);
-            match problem.is_even() {
-                true => working_mesh(ctx, &surface, index, max_edge, MAX_FACES)?,
-                false => graded_working_mesh(ctx, &surface, index, max_edge, size, MAX_FACES)?,
-            }
+            let log_size: Option<LogSize<'_>> = if problem.is_even() { None } else { Some(&size) };
+            working_mesh(ctx, &surface, index, max_edge, log_size, MAX_FACES)?
         }
     };
     let corner_of = corner_map(&working, surface);
