@@ -2,8 +2,8 @@
 //! weights of joints, and which object each quad belongs to; and the normals of the quads, which come from their own shape.
 //!
 //! Files say these things of corners of polygons. [`Origin`] finds them again at the corners of the conditioned faces;
-//! [`carry`] samples them where the quads are. Borders between materials are features, so no quad crosses them; seams of
-//! texture coordinates are not, and a quad that lies on one takes the side of its centre.
+//! [`carry()`] samples them where the quads are. Borders between materials are features, so no quad crosses them; seams
+//! of texture coordinates are not, and a quad that lies on one takes the side of its centre.
 
 mod carry;
 mod charts;

@@ -1,8 +1,8 @@
 //! An orthonormal frame per face, the angles between the frames of neighbours, and lengths as the field measures them.
 //!
 //! Where quads are to vary in size, the field and the map live in the metric in which all of them are equal: lengths
-//! are divided by the local size, per edge by the geometric mean of its ends' sizes [springborn_2008]. Such a metric is
-//! given by edge lengths alone, and its curvature puts the branch points where the grading needs them.
+//! are divided by the local size, per edge by the geometric mean of its ends' sizes `[springborn_2008]`. Such a metric
+//! is given by edge lengths alone, and its curvature puts the branch points where the grading needs them.
 
 use std::f64::consts::PI;
 

@@ -2,7 +2,7 @@
 //! become.
 //!
 //! Sizes are logarithms per vertex, relative to one edge length for all. They are blended, limited
-//! in their gradient so that neighbours differ little [borouchaki_1998], and shifted so that the number of quads that
+//! in their gradient so that neighbours differ little `[borouchaki_1998]`, and shifted so that the number of quads that
 //! they amount to stays the number asked for.
 
 use crate::engine::field::curvature::largest_curvature;

@@ -1,7 +1,7 @@
 //! The smoothest cross field that follows features, boundary and stable curvature.
 //!
 //! A cross is the complex number `c = e^{4iθ}` per face; the energy is `Σ w |c_s e^{4iρ} − c_t|²` over interior edges
-//! ([knoeppel_2013], restated for faces) plus an alignment to principal directions that grows with
+//! (`[knoeppel_2013]`, restated for faces) plus an alignment to principal directions that grows with
 //! their anisotropy over one quad. Faces at features and at the boundary are fixed. Normalising and solving again with
 //! a decreasing time step (Merriman–Bence–Osher) removes spurious dipoles.
 
@@ -37,7 +37,7 @@ pub struct FieldOptions {
 /// Normalised solves after the first, each with half the time step of the last.
 const NORMALISED_SOLVES: usize = 3;
 
-/// Share of the area whose principal directions are trusted, those with the most anisotropy ([kaelberer_2013] section
+/// Share of the area whose principal directions are trusted, those with the most anisotropy (`[kaelberer_2013]` section
 /// 5.1.2: 10 to 30 %). The other faces follow them: the solve does at once what the thesis does by parallel transport
 /// breadth first and smoothing, and leaves no seams where the fronts meet.
 /// The factor of (5.2) against noise is left out: the tensors are averaged over a quad, and with it the

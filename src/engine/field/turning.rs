@@ -1,5 +1,5 @@
 //! The crosses as a function of the matching: the minimum of `Σ w r² + Σ a (θ − θ₀)²` over the crosses that are not
-//! fixed ([kaelberer_2013] eq. 5.3–5.4). One real factorisation serves every matching, since a
+//! fixed (`[kaelberer_2013]` eq. 5.3–5.4). One real factorisation serves every matching, since a
 //! quarter turn changes only the right-hand side.
 
 use std::f64::consts::FRAC_PI_2;

@@ -1,6 +1,6 @@
 //! The one local solver: positions of the vertices inside a disc.
 //!
-//! The energy is that of [garanzha_2021] on the corners of the quads, against the surface's normals averaged at the scale
+//! The energy is that of `[garanzha_2021]` on corners of the quads, against the surface's normals averaged at the scale
 //! of the quads: shape and area of every corner over a positive stand-in χ(D, ε) for the corner's area D, so that a corner
 //! that is turned over is expensive but not infinitely so, and is drawn back. Vertices move one by one in the tangent
 //! plane and are drawn to the surface, or along their curve.

@@ -1,5 +1,5 @@
 //! Small handles of a surface, found by a tree and a cotree: what is left of the edges are two loops per handle
-//! ([erickson_2005]).
+//! (`[erickson_2005]`).
 
 use glam::DVec3;
 

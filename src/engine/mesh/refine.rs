@@ -67,7 +67,7 @@ pub(in crate::engine::mesh) fn bisect(
         if heap.len() % 1024 == 0 {
             ctx.check()?;
         }
-        // Walk over longer and longer edges to one that is the longest of both its faces [rivara_1997].
+        // Walk over longer and longer edges to one that is the longest of both its faces `[rivara_1997]`.
         let mut h = longest(mesh, f);
         while let Some(t) = mesh.twin(h).filter(|&t| longest(mesh, t / 3) != t) {
             h = longest(mesh, t / 3);

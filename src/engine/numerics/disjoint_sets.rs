@@ -1,4 +1,4 @@
-//! Disjoint sets of numbers [tarjan_1975].
+//! Disjoint sets of numbers `[tarjan_1975]`.
 
 /// Sets of 0..n, each named by one of its members: at first by itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Shortest paths in graphs that are known by their neighbours only [dijkstra_1959].
+//! Shortest paths in graphs that are known by their neighbours only `[dijkstra_1959]`.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

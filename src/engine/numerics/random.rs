@@ -1,4 +1,4 @@
-//! Random numbers that are the same on every machine: splitmix64 [steele_2014].
+//! Random numbers that are the same on every machine: splitmix64 `[steele_2014]`.
 
 /// The step of the generator: 2⁶⁴ over the golden ratio, odd.
 const STEP: u64 = 0x9E37_79B9_7F4A_7C15;

@@ -1,5 +1,5 @@
 //! The basis in which the thesis rounds: translations between neighbouring branch points, along a shortest cut graph
-//! through all of them ([kaelberer_2013] section 4.2.2 and 6.3).
+//! through all of them (`[kaelberer_2013]` section 4.2.2 and 6.3).
 
 use crate::engine::parameterize::corner_forms::CornerForms;
 use crate::engine::parameterize::elimination::{Elimination, RealForm};

@@ -1,5 +1,5 @@
 //! The energy `Σ w A |∇z − Z|²` of a map whose gradients should be the cross field's, as a quadratic form in the real
-//! unknowns of the corner forms ([kaelberer_2007] section 4).
+//! unknowns of the corner forms (`[kaelberer_2007]` section 4).
 
 use glam::DVec2;
 

@@ -1,7 +1,7 @@
 //! From a cross field to a seamless map, and from there to an integer-grid map.
 //!
 //! All conditions of an integer-grid map but integrality are linear and are eliminated exactly: transitions by the
-//! corner forms, closing fans, straight features and boundaries by [`Elimination`]. One factorisation of the continuous
+//! corner forms, closing fans, straight features and boundaries by `Elimination`. One factorisation of the continuous
 //! unknowns serves every density: the right-hand side is proportional to the scale.
 
 use std::f64::consts::FRAC_PI_2;

@@ -1,5 +1,5 @@
 //! What it costs to cut an edge, so that the cheapest cut graph joins near singularities by shortest paths
-//! ([kaelberer_2013] section 6.3.1; the greedy cut graph of [erickson_2005]).
+//! (`[kaelberer_2013]` section 6.3.1; the greedy cut graph of `[erickson_2005]`).
 
 use crate::engine::mesh::{ShortestPaths, TriMesh};
 

@@ -3,7 +3,7 @@
 //! The residual `X − ∇z` of the best seamless map z is the cogradient of a nonconforming function ψ with one value per
 //! interior edge (zero on the boundary): `L ψ = c`, with c the curl of the field over each edge and L the
 //! Crouzeix–Raviart stiffness `e_i · e_j / A` on the covering, a Hermitian matrix on the surface whose entries carry
-//! `i^m` ([kaelberer_2013] eq. 6.1). Features count as ordinary edges: the
+//! `i^m` (`[kaelberer_2013]` eq. 6.1). Features count as ordinary edges: the
 //! energy is that of the seamless map before its grid lines are bound to them.
 
 use std::f64::consts::FRAC_PI_2;

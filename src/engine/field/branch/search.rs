@@ -17,8 +17,8 @@ pub struct BranchOptions {
 
 impl BranchOptions {
     /// What a quarter of index adds to the energy of the rounded map, per quad and relative to `‖X‖²`: two coordinates,
-    /// each off by 1/12 in the mean square, times their stiffness in the period matrix ([kaelberer_2013] 6.4). Measured on
-    /// pairs that were created on six models: 0.15 to 0.5.
+    /// each off by 1/12 in the mean square, times their stiffness in the period matrix (`[kaelberer_2013]` 6.4).
+    /// Measured on pairs that were created on six models: 0.15 to 0.5.
     pub const PRICE: f64 = 0.3;
 }
 

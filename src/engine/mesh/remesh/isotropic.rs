@@ -1,4 +1,4 @@
-//! Isotropic remeshing [botsch_2004]: split long edges, collapse short ones, flip towards valence 6, relax, project.
+//! Isotropic remeshing `[botsch_2004]`: split long edges, collapse short ones, flip towards valence 6, relax, project.
 //!
 //! What the paper leaves open is decided by one rule: no change may take the mesh away from the surface. Each
 //! change is tried on the triangles that it makes, against the normals and the distance of the original surface.

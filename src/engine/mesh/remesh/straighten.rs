@@ -11,7 +11,7 @@ const TURNS: f64 = 0.94;
 /// Edges between faces that turn by less than 30 degrees (cosine) are no creases: what a curve along them marks is no
 /// form, and may be drawn beside them.
 const FLAT: f64 = 0.866;
-/// Steps of a pass, outward and back, that together leave the long waves of a curve as they are [taubin_1995].
+/// Steps of a pass, outward and back, that together leave the long waves of a curve as they are `[taubin_1995]`.
 const STEPS: [f64; 2] = [0.5, -0.53];
 /// Passes reach over half a quad edge: fewest and most.
 const PASSES: [f64; 2] = [4.0, 50.0];

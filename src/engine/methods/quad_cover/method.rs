@@ -20,7 +20,7 @@ const BRANCH_PRICE: Parameter = Parameter {
     range: Range::Number { least: 0.0, most: 100.0, default: BranchOptions::PRICE },
 };
 
-/// Frame fields on a branched covering, integrated and rounded [kaelberer_2007].
+/// Frame fields on a branched covering, integrated and rounded `[kaelberer_2007]`.
 #[derive(Clone, Copy, Debug)]
 pub struct QuadCover;
 

@@ -1,4 +1,5 @@
-//! QuadCover [kaelberer_2007], [kaelberer_2013]: cross field → matching → seamless map → integers → integer-grid map.
+//! QuadCover `[kaelberer_2007]`, `[kaelberer_2013]`: cross field → matching → seamless map → integers →
+//! integer-grid map.
 //!
 //! The script of the method on one connected component. The field is solved once; the map's system is factored once;
 //! densities are tried by rounding alone, since the right-hand side is proportional to the scale.

@@ -1,4 +1,4 @@
-//! Maximum matching in a general graph: Edmonds' blossom algorithm [edmonds_1965], grown from a given matching.
+//! Maximum matching in a general graph: Edmonds' blossom algorithm `[edmonds_1965]`, grown from a given matching.
 
 use crate::engine::mesh::NONE;
 use crate::engine::run::{Cancelled, RunContext};

@@ -1,4 +1,4 @@
-//! Integers by minimum-deviation flow [coudert_osmont_2024], for maps with more of them than the period matrix can be
+//! Integers by minimum-deviation flow `[coudert_osmont_2024]`, for maps with more of them than the period matrix can be
 //! held for, and where rounding by it lets neighbours collapse.
 //!
 //! The seamless map is decimated to triangles between singularities, corners and curves. Both extents of every edge are

@@ -8,7 +8,7 @@ pub(super) fn direct(target: &[f64]) -> Vec<f64> {
 }
 
 /// Expected energy of direct rounding if the optimum lies anywhere with equal probability: every error is uniform in
-/// [−½, ½], hence has variance 1/12 ([kaelberer_2013] section 6.4).
+/// [−½, ½], hence has variance 1/12 (`[kaelberer_2013]` section 6.4).
 pub(super) fn expected(gram: &Gram) -> f64 {
     gram.trace() / 12.0
 }

@@ -1,5 +1,5 @@
 //! Exact search for the best values of a few integers while the others stay: the closest vector by branch and bound
-//! along the Cholesky factor, nearest values first [schnorr_1994].
+//! along the Cholesky factor, nearest values first `[schnorr_1994]`.
 
 use crate::engine::numerics::positive_definite_inverse;
 use crate::engine::parameterize::rounding::candidate::Candidate;

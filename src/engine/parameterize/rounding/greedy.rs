@@ -6,13 +6,13 @@ use crate::engine::run::RunContext;
 /// Which unknown is fixed next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    /// The nearest to an integer, as [bommes_2009] does; it leaves less energy in the end.
+    /// The nearest to an integer, as `[bommes_2009]` does; it leaves less energy in the end.
     Nearest,
     /// The one that raises the energy least, as the thesis describes it.
     LeastIncrease,
 }
 
-/// Fixes one unknown at a time, the others following to their new optimum ([bommes_2009]'s greedy rounding without
+/// Fixes one unknown at a time, the others following to their new optimum (`[bommes_2009]`'s greedy rounding without
 /// solves). `inverse` is that of the matrix, n × n. O(n³).
 pub(super) fn greedy(ctx: &RunContext, inverse: &[f64], target: &[f64], next: Next) -> Result<Vec<f64>, Cancelled> {
     let n = target.len();

@@ -1,5 +1,5 @@
 //! Rounding by the period matrix: the energy of the best map with integers q is `E* + (q − q*)ᵀ P (q − q*)`
-//! ([kaelberer_2013] section 6.3), so integers are compared without another solve.
+//! (`[kaelberer_2013]` section 6.3), so integers are compared without another solve.
 //!
 //! The lattice. The thesis rounds the translations between neighbouring branch points and must keep those of points of
 //! odd index in the lattice of (1, 1) and (−1, 1), and double those of even index, so that all points are integers

@@ -1,4 +1,4 @@
-//! The search of the thesis: up to r integers change by ±1 at a time, while the energy falls ([kaelberer_2013]
+//! The search of the thesis: up to r integers change by ±1 at a time, while the energy falls (`[kaelberer_2013]`
 //! section 6.3.1).
 
 use crate::engine::parameterize::rounding::candidate::Candidate;

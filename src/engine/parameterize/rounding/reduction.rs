@@ -1,4 +1,4 @@
-//! Reduced bases [lenstra_1982]. Positions of branch points against one origin are far from orthogonal in the energy:
+//! Reduced bases `[lenstra_1982]`. Positions of branch points against one origin are far from orthogonal in the energy:
 //! whoever moves one alone pulls it away from all its neighbours. In a reduced basis close ones move together.
 
 use crate::engine::parameterize::rounding::gram::{Basis, Gram};

@@ -1,4 +1,4 @@
-//! What the ways of rounding cost on one model, and what the period matrix predicts ([kaelberer_2013] sections 6.3.3
+//! What the ways of rounding cost on one model, and what the period matrix predicts (`[kaelberer_2013]` sections 6.3.3
 //! and 6.4).
 
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ pub struct RoundingStatistics {
     /// Every integer to its nearest, in the basis of a shortest cut graph; over more optima, for a few stiff directions
     /// make its mean settle slowly.
     pub direct: f64,
-    /// Iterative greedy rounding as the thesis describes [bommes_2009]'s, in the same basis.
+    /// Iterative greedy rounding as the thesis describes `[bommes_2009]`'s, in the same basis.
     pub greedy: f64,
     /// The search of the thesis for r = 1, 2, 3, in the same basis, from direct rounding, each from the last.
     pub r_search: [f64; 3],

@@ -1,6 +1,6 @@
 //! Untangling a map: moves vertices in the plane until no triangle is flipped, transitions and grid lines kept.
 //!
-//! The energy is the regularised one of [garanzha_2021]: with J the gradient relative to the frame that the field asks
+//! The energy is the regularised one of `[garanzha_2021]`: with J the gradient relative to the frame the field asks
 //! for, `D = det J` and `χ(D) = (D + √(ε² + D²)) / 2`, each triangle costs `(|J|² + λ (D² + 1)) / χ(D)` times its area.
 //! As ε falls, flipped triangles cost more and more, others never become flipped for long. Vertices move one at a time
 //! (Gauss–Seidel) by a damped Newton step within a few rings around the flips: everything else stays where the Poisson

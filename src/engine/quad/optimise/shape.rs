@@ -47,7 +47,7 @@ impl ScaledCorner {
         Self { area: e.cross(f).dot(up) * unit, squared_edges: (e.length_squared() + f.length_squared()) * unit }
     }
 
-    /// The regularised energy of [garanzha_2021]: shape and area over χ(D, ε), a positive stand-in for D.
+    /// The regularised energy of `[garanzha_2021]`: shape and area over χ(D, ε), a positive stand-in for D.
     pub(crate) fn energy(self, epsilon: f64) -> f64 {
         let d = self.area;
         let chi = 0.5 * (d + (epsilon * epsilon + d * d).sqrt());

@@ -19,7 +19,7 @@ const SWEEPS: usize = 4;
 /// Directions in which a better place is looked for.
 const DIRECTIONS: usize = 8;
 
-/// Untangles with the regularised energy of [garanzha_2021]: shape and area of every corner, over a positive
+/// Untangles with the regularised energy of `[garanzha_2021]`: shape and area of every corner, over a positive
 /// stand-in χ(D, ε) for the corner's area D, so that a turned over corner is expensive but not infinitely so and the
 /// energy draws it back. ε falls as the worst corner improves. `sizes`: wanted edge length per quad.
 pub(crate) fn untangle(ctx: &RunContext, state: &mut State<'_>, sizes: &[f64]) -> Result<(), Cancelled> {
