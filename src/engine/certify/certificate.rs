@@ -33,6 +33,21 @@ impl Certificate {
 /// `surface.mesh`; `edge_length` is the one asked for, in model units, 0 if it is not known. Components are judged one by
 /// one, each against its own component of the surface, so that a model is certified exactly if its parts are. O((n + f) log f) for n quads and samples over f faces.
 ///
+/// ```
+/// use glam::DVec3;
+/// use quadrille::engine::mesh::{Features, Surface, SurfaceIndex, TriMesh};
+/// use quadrille::engine::{certify::certify, quad::QuadMesh, run::RunContext};
+///
+/// let positions = vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+/// let mesh = TriMesh::try_new(positions.clone(), vec![[0, 1, 2], [0, 2, 3]])?;
+/// let surface = Surface { mesh, features: Features { edges: Vec::new(), corners: vec![0, 1, 2, 3] } };
+/// let quads = QuadMesh { positions, quads: vec![[0, 1, 2, 3]] };
+/// let index = SurfaceIndex::new(&surface.mesh);
+/// let certificate = certify(&RunContext::silent(), &surface, &index, &quads, 1.0)?;
+/// assert!(certificate.certified && certificate.violations.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// Only that the run was stopped: bad quads make a certificate that says so.
 pub fn certify(

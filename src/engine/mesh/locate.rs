@@ -110,6 +110,18 @@ impl SurfaceIndex {
     /// The point of the surface nearest to `p`; of several in the same distance the one in the lowest face.
     ///
     /// A mesh without faces has no such point: the answer then is `p` itself at infinite distance in face 0.
+    ///
+    /// ```
+    /// use glam::dvec3;
+    /// use quadrille::engine::mesh::{SurfaceIndex, TriMesh};
+    ///
+    /// let corners = vec![dvec3(0.0, 0.0, 0.0), dvec3(4.0, 0.0, 0.0), dvec3(0.0, 4.0, 0.0)];
+    /// let index = SurfaceIndex::new(&TriMesh::try_new(corners, vec![[0, 1, 2]])?);
+    /// let nearest = index.closest(dvec3(1.0, 2.0, 3.0));
+    /// assert_eq!((nearest.face, nearest.position, nearest.distance), (0, dvec3(1.0, 2.0, 0.0), 3.0));
+    /// assert_eq!(nearest.barycentric, [0.25, 0.25, 0.5]);
+    /// # Ok::<(), quadrille::engine::mesh::MeshError>(())
+    /// ```
     pub fn closest(&self, p: DVec3) -> SurfacePoint {
         let nothing = SurfacePoint { face: 0, barycentric: [1.0, 0.0, 0.0], position: p, distance: f64::INFINITY };
         self.closest_where(p, f64::INFINITY, |_| true).unwrap_or(nothing)

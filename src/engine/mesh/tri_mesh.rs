@@ -61,6 +61,18 @@ pub struct TriMesh {
 impl TriMesh {
     /// Proves that the triangles form an oriented 2-manifold without unreferenced vertices.
     ///
+    /// ```
+    /// use glam::DVec3;
+    /// use quadrille::engine::mesh::{MeshError, TriMesh};
+    ///
+    /// let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    /// let tetrahedron = TriMesh::try_new(corners.clone(), vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])?;
+    /// assert_eq!((tetrahedron.topology().euler, tetrahedron.topology().boundaries), (2, 0));
+    /// let turned = TriMesh::try_new(corners, vec![[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
+    /// assert!(matches!(turned, Err(MeshError::BadEdge { .. })));
+    /// # Ok::<(), MeshError>(())
+    /// ```
+    ///
     /// # Errors
     /// The first [`MeshError`] in index order. O(F log F).
     pub fn try_new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Result<Self, MeshError> {

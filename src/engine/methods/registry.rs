@@ -39,6 +39,14 @@ pub fn all() -> Vec<MethodRef> {
 }
 
 /// The method of this name.
+///
+/// ```
+/// use quadrille::engine::{methods::by_name, pipeline::RemeshSpec};
+///
+/// let spec = RemeshSpec { method: by_name("triangle-pairs").expect("a standard method"), ..RemeshSpec::default() };
+/// assert_eq!(spec.method.name(), "triangle-pairs");
+/// assert!(by_name("magic").is_none());
+/// ```
 pub fn by_name(name: &str) -> Option<MethodRef> {
     all().into_iter().find(|method| method.name() == name)
 }

@@ -101,6 +101,16 @@ pub fn by_column<T: Copy>(n: usize, entries: &[(u32, u32, T)]) -> Vec<(u32, u32,
 }
 
 /// A factorisation A = L Lᴴ.
+///
+/// ```
+/// use quadrille::engine::numerics::{Cholesky, HermitianMatrix};
+///
+/// let matrix = HermitianMatrix::from_lower(2, &[(0, 0, 4.0), (1, 0, 2.0), (1, 1, 5.0)]);
+/// let mut x = [8.0, 12.0];
+/// Cholesky::new(&matrix)?.solve(&mut x);
+/// assert!((x[0] - 1.0_f64).abs() < 1e-12 && (x[1] - 2.0).abs() < 1e-12);
+/// # Ok::<(), quadrille::engine::numerics::SolveError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Cholesky<T: ComplexField> {
     symbolic: Arc<SymbolicCholesky<u32>>,

@@ -1,6 +1,14 @@
 //! Disjoint sets of numbers `[tarjan_1975]`.
 
 /// Sets of 0..n, each named by one of its members: at first by itself.
+///
+/// ```
+/// use quadrille::engine::numerics::DisjointSets;
+///
+/// let mut sets = DisjointSets::new(5);
+/// assert!(sets.join(4, 2) && sets.join(2, 1) && !sets.join(1, 4));
+/// assert_eq!(sets.names(), [0, 1, 1, 3, 1]);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DisjointSets {
     parent: Vec<u32>,

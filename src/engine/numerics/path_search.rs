@@ -8,6 +8,21 @@ const NONE: u32 = u32::MAX;
 
 /// One search after another over the nodes 0..n; starting again costs what the last one reached. Of nodes in the same
 /// distance the lesser comes first.
+///
+/// ```
+/// use quadrille::engine::numerics::PathSearch;
+///
+/// // From, to, length; the step by which a node is reached is the number of its edge.
+/// let edges = [(0, 1, 1.0), (1, 2, 1.0), (0, 2, 3.0)];
+/// let mut search = PathSearch::new(3);
+/// search.start(0, 0.0);
+/// while let Some((distance, node)) = search.nearest() {
+///     for (step, &(_, to, length)) in (0..).zip(&edges).filter(|(_, edge)| edge.0 == node) {
+///         search.reach(to, distance + length, step, node);
+///     }
+/// }
+/// assert_eq!((search.distance(2), search.nodes(2), search.steps(2)), (2.0, vec![0, 1, 2], vec![0, 1]));
+/// ```
 #[derive(Clone, Debug)]
 pub struct PathSearch {
     distance: Vec<f64>,

@@ -6,6 +6,14 @@ const STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 const SEED_STEP: u64 = 0x2545_F491_4F6C_DD1D;
 
 /// A sequence of random numbers; equal seeds give equal sequences.
+///
+/// ```
+/// use quadrille::engine::numerics::Random;
+///
+/// let (mut one, mut other) = (Random::new(7), Random::new(7));
+/// assert_eq!(one.bits(), other.bits());
+/// assert!(one.below(10) < 10);
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Random(u64);
 

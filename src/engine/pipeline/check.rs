@@ -34,6 +34,21 @@ pub struct RunFindings {
 /// Certifies `quads` against the surface of `soup`, conditioned and with features as a run with this spec has them, and
 /// where its findings are known, with the features that it gave up left out.
 ///
+/// ```
+/// use glam::DVec3;
+/// use quadrille::engine::mesh::TriangleSoup;
+/// use quadrille::engine::pipeline::{RemeshSpec, check};
+/// use quadrille::engine::quad::QuadMesh;
+/// use quadrille::engine::run::RunContext;
+///
+/// let positions = vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+/// let soup = TriangleSoup::from_triangles(positions.clone(), &[[0, 1, 2], [0, 2, 3]]);
+/// let upside_down = QuadMesh { positions, quads: vec![[3, 2, 1, 0]] };
+/// let certificate = check(&RunContext::silent(), &soup, &upside_down, &RemeshSpec::default(), None)?;
+/// assert!(!certificate.certified && certificate.measures.flipped == 1);
+/// # Ok::<(), quadrille::engine::pipeline::RemeshError>(())
+/// ```
+///
 /// # Errors
 /// [`RemeshError`]: the input is refused, or the run was stopped.
 pub fn check(

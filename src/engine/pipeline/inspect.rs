@@ -25,6 +25,18 @@ pub struct Inspection {
 
 /// Conditions a soup and finds its features as a run with this spec would.
 ///
+/// ```
+/// use quadrille::engine::mesh::shapes::sample;
+/// use quadrille::engine::pipeline::{RemeshSpec, inspect};
+/// use quadrille::engine::run::RunContext;
+///
+/// let soup = sample("genus2", 2000, 0.0, 0).expect("one of the samples");
+/// let found = inspect(&RunContext::silent(), &soup, &RemeshSpec::default())?;
+/// assert_eq!((found.input.components, found.input.genus), (1, 2));
+/// assert!(found.input.repairs.counts.is_empty());
+/// # Ok::<(), quadrille::engine::pipeline::RemeshError>(())
+/// ```
+///
 /// # Errors
 /// [`RemeshError`]: the input is refused, or the run was stopped.
 pub fn inspect(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Result<Inspection, RemeshError> {

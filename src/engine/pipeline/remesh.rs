@@ -56,6 +56,19 @@ const MAX_QUADS: f64 = 1e7;
 
 /// Runs the engine on one model.
 ///
+/// ```
+/// use quadrille::engine::mesh::shapes::sample;
+/// use quadrille::engine::pipeline::{RemeshSpec, Target, remesh};
+/// use quadrille::engine::run::RunContext;
+///
+/// let soup = sample("torus", 2000, 0.0, 0).expect("one of the samples");
+/// let spec = RemeshSpec { target: Target::Quads(300), ..RemeshSpec::default() };
+/// let outcome = remesh(&RunContext::silent(), &soup, &spec)?;
+/// assert!(outcome.report.certified);
+/// assert_eq!(outcome.quads.quads.len(), outcome.report.quads.count);
+/// # Ok::<(), quadrille::engine::pipeline::RemeshError>(())
+/// ```
+///
 /// # Errors
 /// [`RemeshError`]: the input is refused, the run was stopped, or no certified quads were found.
 pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Result<Outcome, RemeshError> {

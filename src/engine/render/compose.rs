@@ -66,6 +66,16 @@ struct Disc {
 }
 
 /// Draws the quads.
+///
+/// ```
+/// use glam::DVec3;
+/// use quadrille::engine::{quad::QuadMesh, render::{RenderOptions, render_quads}};
+///
+/// let positions = vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+/// let quads = QuadMesh { positions, quads: vec![[0, 1, 2, 3]] };
+/// let image = render_quads(&quads, &RenderOptions { width: 32, height: 16, ..RenderOptions::default() });
+/// assert_eq!(image.rgba.len(), 4 * 32 * 16);
+/// ```
 pub fn render_quads(quads: &QuadMesh, options: &RenderOptions) -> Image {
     let (width, height) = (options.width.clamp(16, 4096), options.height.clamp(16, 4096));
     let scene = Scene::new(quads);

@@ -40,6 +40,20 @@ const AGAIN: f64 = 0.5;
 pub struct Cancelled(pub StopReason);
 
 /// What the caller hears while a run goes on. Called from any thread of the pool; must be cheap and must not block.
+///
+/// ```
+/// use quadrille::engine::run::{Observer, RunContext, Stage};
+///
+/// struct Bar(std::sync::mpsc::Sender<u32>);
+/// impl Observer for Bar {
+///     fn stage_begins(&self, _: Stage) {}
+///     fn stage_ends(&self, _: Stage) {}
+///     fn progress(&self, thousandths: u32) { self.0.send(thousandths).ok(); }
+/// }
+/// let (bar, heard) = std::sync::mpsc::channel();
+/// RunContext::new(0, Bar(bar)).advance(0.25);
+/// assert_eq!(heard.recv(), Ok(250));
+/// ```
 pub trait Observer: Send + Sync {
     /// A stage began. Stages of different components overlap.
     fn stage_begins(&self, stage: Stage);
@@ -105,6 +119,18 @@ pub(super) struct Shared {
 
 /// The context of one run: a cheap handle shared by the engine, which asks [`RunContext::check`], and the caller, who
 /// may [`RunContext::stop`] it.
+///
+/// ```
+/// use quadrille::engine::run::{Cancelled, RunContext, StopReason};
+///
+/// let ctx = RunContext::silent();
+/// let timer = ctx.clone();
+/// assert_eq!(ctx.check(), Ok(()));
+/// timer.stop(StopReason::Deadline);
+/// assert_eq!(ctx.check(), Err(Cancelled(StopReason::Deadline)));
+/// // What finishes a result that is there may go on.
+/// assert_eq!(ctx.late().check(), Ok(()));
+/// ```
 #[derive(Clone)]
 pub struct RunContext {
     pub(super) shared: Arc<Shared>,

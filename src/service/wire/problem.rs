@@ -115,6 +115,15 @@ impl ProblemKind {
 }
 
 /// One occurrence of a problem.
+///
+/// ```
+/// use quadrille::service::wire::{Problem, ProblemKind};
+///
+/// let problem = Problem::new(ProblemKind::QueueFull, "1000 jobs wait.");
+/// let body = problem.body(Some("/v1/jobs".to_owned()));
+/// assert_eq!((body.status, body.type_.as_str()), (503, "urn:quadrille:problem:queue-full"));
+/// assert_eq!(problem.to_string(), "The service is busy: 1000 jobs wait.");
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// Its kind.

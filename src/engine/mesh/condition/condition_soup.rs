@@ -43,6 +43,20 @@ pub struct ConditionOptions {
 /// Makes an oriented 2-manifold without degenerate triangles of a soup. Clean input keeps its vertices and faces in
 /// their order. O(F log F).
 ///
+/// ```
+/// use glam::DVec3;
+/// use quadrille::engine::mesh::{TriangleSoup, condition::{ConditionOptions, condition}};
+/// use quadrille::engine::run::RunContext;
+///
+/// // Two triangles of a square that share no vertex, the second one upside down.
+/// let (x, y) = (DVec3::X, DVec3::Y);
+/// let soup = TriangleSoup::from_triangles(vec![DVec3::ZERO, x, y, x, y, x + y], &[[0, 1, 2], [3, 4, 5]]);
+/// let conditioned = condition(&RunContext::silent(), &soup, &ConditionOptions::default())?;
+/// assert_eq!((conditioned.mesh.n_vertices(), conditioned.mesh.n_faces()), (4, 2));
+/// assert_eq!(conditioned.mesh.topology().boundaries, 1);
+/// # Ok::<(), quadrille::engine::mesh::condition::ConditionError>(())
+/// ```
+///
 /// # Errors
 /// [`ConditionError`]: no faces, nothing finite, no area, a one-sided component, or stopped.
 pub fn condition(

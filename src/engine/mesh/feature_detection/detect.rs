@@ -35,6 +35,18 @@ impl Default for FeatureOptions {
 }
 
 /// Finds the feature network of a conditioned surface. `soup` is the one it was made of. O(F log F).
+///
+/// ```
+/// use quadrille::engine::mesh::condition::{ConditionOptions, condition};
+/// use quadrille::engine::mesh::{FeatureOptions, detect_features, shapes::sample};
+/// use quadrille::engine::run::RunContext;
+///
+/// let soup = sample("cube", 300, 0.0, 0).expect("one of the samples");
+/// let conditioned = condition(&RunContext::silent(), &soup, &ConditionOptions::default())?;
+/// let features = detect_features(&conditioned, &soup, &FeatureOptions::default());
+/// assert_eq!(features.corners.len(), 8);
+/// # Ok::<(), quadrille::engine::mesh::condition::ConditionError>(())
+/// ```
 pub fn detect_features(conditioned: &Conditioned, soup: &TriangleSoup, options: &FeatureOptions) -> Features {
     let mesh = &conditioned.mesh;
     let mut network = Network::new(mesh);

@@ -70,6 +70,16 @@ fn triangulate(name: &str, triangles: usize) -> Option<(Vec<DVec3>, Vec<[u32; 3]
 
 /// The sample `name` with about this many triangles; every vertex is moved along its normal by up to `noise` mean edge
 /// lengths, at random by `seed`. `None` if there is no such sample.
+///
+/// ```
+/// use quadrille::engine::mesh::shapes::{SHAPES, sample};
+///
+/// for shape in SHAPES {
+///     let soup = sample(shape.name, 1500, 0.1, 7).expect("each shape has its sample");
+///     assert!(soup.n_polygons() > 1000);
+/// }
+/// assert!(sample("teapot", 1500, 0.0, 0).is_none());
+/// ```
 pub fn sample(name: &str, triangles: usize, noise: f64, seed: u64) -> Option<TriangleSoup> {
     let (mut positions, faces) = triangulate(name, triangles)?;
     if noise != 0.0
@@ -95,6 +105,14 @@ pub fn sample_mesh(name: &str, triangles: usize) -> Option<TriMesh> {
 
 /// The sample `name` without noise, with its sharp edges (above 40 degrees) as features, and as corners their ends,
 /// junctions and turns above 60 degrees, and turns of the boundary.
+///
+/// ```
+/// use quadrille::engine::mesh::shapes::sample_surface;
+///
+/// let cube = sample_surface("cube", 12).expect("one of the samples");
+/// assert_eq!(cube.mesh.n_faces(), 12);
+/// assert_eq!((cube.features.edges.len(), cube.features.corners.len()), (12, 8));
+/// ```
 pub fn sample_surface(name: &str, triangles: usize) -> Option<Surface> {
     let mesh = sample_mesh(name, triangles)?;
     let mut edges: Vec<[u32; 2]> = Vec::new();

@@ -46,6 +46,24 @@ pub struct ExtractionReport {
 /// area. Corners of `features` become quad vertices (`Anchor::Corner`, numbered as in `mesh`), feature curves and the
 /// boundary become chains of quad edges. Linear in the size of mesh and result for maps with few defects.
 ///
+/// A square of two triangles, as 2 by 2 cells of the grid:
+///
+/// ```
+/// use glam::{DVec2, I64Vec2};
+/// use quadrille::engine::mesh::{Features, TriMesh};
+/// use quadrille::engine::{parameterize::{GridMap, Iso}, quad::extract::extract_quads, run::RunContext};
+///
+/// let (corners, faces) = ([DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y], [[0, 1, 2], [0, 2, 3]]);
+/// let mesh = TriMesh::try_new(corners.map(|p| p.extend(0.0)).to_vec(), faces.to_vec())?;
+/// let uv = faces.iter().flatten().map(|&v| 2.0 * corners[v as usize]).collect();
+/// let iso = vec![Iso::V, Iso::U, Iso::None, Iso::None, Iso::V, Iso::U];
+/// let map = GridMap { uv, rotation: vec![0; 6], translation: vec![I64Vec2::ZERO; 6], iso };
+/// let features = Features { edges: Vec::new(), corners: vec![0, 1, 2, 3] };
+/// let extraction = extract_quads(&RunContext::silent(), &mesh, &features, &map)?;
+/// assert_eq!(extraction.draft.mesh.quads.len(), 4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`ExtractError`]; whatever is returned without error is an oriented pure quad manifold with the components,
 /// boundary loops and Euler characteristic of `mesh`.

@@ -16,6 +16,18 @@ pub const SPEC_BYTES: usize = 16 << 20;
 impl ResolvedSpec {
     /// Reads and judges the text of a spec; the problem is `invalid-spec` with all violations. An empty text means all
     /// defaults.
+    ///
+    /// ```
+    /// use quadrille::engine::pipeline::Target;
+    /// use quadrille::service::wire::ResolvedSpec;
+    ///
+    /// let spec = ResolvedSpec::from_json(br#"{"target": {"quads": 800}, "deadline_s": 20}"#).expect("a valid spec");
+    /// assert_eq!((spec.spec.target, spec.options.deadline_s), (Target::Quads(800), 20.0));
+    /// let problem = ResolvedSpec::from_json(br#"{"target": {"quads": 0}, "sede": 1}"#).expect_err("two violations");
+    /// let mut places: Vec<_> = problem.errors.iter().map(|error| error.pointer.as_str()).collect();
+    /// places.sort();
+    /// assert_eq!(places, ["/sede", "/target/quads"]);
+    /// ```
     pub fn from_json(text: &[u8]) -> Result<Self, Problem> {
         Self::with_flags(text, &BTreeMap::new()).map_err(Problem::invalid_spec)
     }
