@@ -233,6 +233,86 @@ fn documents_lead_somewhere_and_every_method_has_its_page() {
     check("documents", breaches);
 }
 
+/// A field of a schema of the OpenAPI document.
+struct SchemaField<'a> {
+    name: &'a str,
+    is_list: bool,
+    /// The schema that it or its elements have, where that has a name.
+    of: Option<&'a str>,
+}
+
+/// The fields of a schema; none if it is no object with names. The document is read as it is written: indented by two.
+fn schema_fields<'a>(document: &'a str, schema: &str) -> Vec<SchemaField<'a>> {
+    let block = |text: &'a str, opening: &str, indent: usize| {
+        let (_, rest) = text.split_once(&format!("\n{}{opening}: {{\n", " ".repeat(indent)))?;
+        rest.split_once(&format!("\n{}}}", " ".repeat(indent))).map(|(inside, _)| inside)
+    };
+    let properties = block(document, &format!("\"{schema}\""), 6).and_then(|text| block(text, "\"properties\"", 8));
+    let mut fields: Vec<SchemaField<'a>> = Vec::new();
+    for line in properties.unwrap_or_default().lines() {
+        let text = line.trim_start();
+        let depth = line.len() - text.len();
+        if let (10, Some(name)) = (depth, text.strip_prefix('"').and_then(|rest| rest.strip_suffix("\": {"))) {
+            fields.push(SchemaField { name, is_list: false, of: None });
+        } else if let Some(field) = fields.last_mut() {
+            field.is_list |= depth == 12 && text.starts_with("\"type\": \"array\"");
+            if let Some(rest) = text.strip_prefix("\"$ref\": \"#/components/schemas/") {
+                field.of = rest.split('"').next();
+            }
+        }
+    }
+    fields
+}
+
+/// The paths of the fields below a schema: those that have no fields themselves, and those that have some.
+fn schema_paths(document: &str, schema: &str, above: &str, leaves: &mut Vec<String>, inner: &mut Vec<String>) {
+    for field in schema_fields(document, schema) {
+        let path = format!("{above}{}", field.name);
+        let of = field.of.filter(|of| !schema_fields(document, of).is_empty());
+        let Some(of) = of else {
+            leaves.push(path);
+            continue;
+        };
+        let path = if field.is_list { format!("{path}[]") } else { path };
+        schema_paths(document, of, &format!("{path}."), leaves, inner);
+        inner.push(path);
+    }
+}
+
+#[test]
+fn every_field_of_the_report_has_its_line_in_the_page() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| fs::read_to_string(root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let (document, page) = (read("api/openapi.json"), read("docs/report.md"));
+    let (mut leaves, mut inner) = (Vec::new(), Vec::new());
+    schema_paths(&document, "ReportBody", "", &mut leaves, &mut inner);
+    assert!(leaves.len() > 40 && inner.contains(&"map.singularities[]".to_owned()), "{leaves:?} {inner:?}");
+    let rows = page.lines().filter(|line| line.starts_with("| `"));
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.trim_matches('|').split(" | ").map(str::trim).collect()).collect();
+    let mut breaches = Vec::new();
+    let has_line = |path: &String| rows.iter().any(|row| row[0] == format!("`{path}`"));
+    breaches.extend(leaves.iter().filter(|path| !has_line(path)).map(|path| format!("{path}: no line")));
+    for row in &rows {
+        let path = row[0].trim_matches('`').to_owned();
+        if !leaves.contains(&path) && !inner.contains(&path) {
+            breaches.push(format!("{path}: no such field"));
+        }
+        let [_, unit, meaning, place] = row.as_slice() else {
+            breaches.push(format!("{path}: a line has field, unit, meaning and source"));
+            continue;
+        };
+        if unit.is_empty() || meaning.is_empty() || !root.join("src").join(place.trim_matches('`')).exists() {
+            breaches.push(format!("{path}: no unit, no meaning, or no such source as {place}"));
+        }
+    }
+    for source in sources().iter().filter(|source| source.path.starts_with("src/engine/mesh/condition/")) {
+        let names = source.text.split("tally.add(\"").skip(1).filter_map(|rest| rest.split('"').next());
+        let unknown = names.filter(|name| !page.contains(&format!("`{name}`")));
+        breaches.extend(unknown.map(|name| format!("{}: the repair {name} is not in the page", source.path)));
+    }
+    check("docs/report.md", breaches);
+}
+
 #[test]
 fn the_test_sees_seeded_breaches() {
     assert!(contains_word("let t = Instant::now();", "Instant"));
