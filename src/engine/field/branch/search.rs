@@ -80,7 +80,7 @@ const WORK: usize = 1_500_000;
 /// Factorisations at most.
 const MAX_EVALUATIONS: usize = 80;
 /// Factorisations at most where the field was searched before.
-const TOUCHES: usize = 5;
+const TOUCHES: usize = 3;
 /// Share of them for moving what is there, where pairs are created afterwards.
 const MOVING_SHARE: f64 = 0.6;
 /// Largest batch.
