@@ -13,6 +13,7 @@ use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::mesh::{Detected, FeatureOptions, TriMesh, detect_features_and_detail};
 use crate::engine::methods::Level;
+use crate::engine::numerics::rounded;
 use crate::engine::pipeline::components::{solve_all, warnings_of};
 use crate::engine::pipeline::costs::{Size, plan_of_model};
 use crate::engine::pipeline::error::RemeshError;
@@ -279,7 +280,7 @@ fn has_attributes(soup: &TriangleSoup, wanted: Preserve) -> bool {
 pub(super) fn edge_length(conditioned: &Conditioned, spec: &RemeshSpec) -> Result<f64, RemeshError> {
     let area = conditioned.mesh.total_area();
     match spec.target {
-        Target::Quads(n) => Ok((area / n.max(1) as f64).sqrt()),
+        Target::Quads(n) => Ok(rounded((area / n.max(1) as f64).sqrt())),
         Target::EdgeLength(edge_length) => {
             let quads = area / (edge_length * edge_length);
             if quads > MAX_QUADS {

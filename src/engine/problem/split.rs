@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::engine::field::quads_of;
 use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePart, TriMesh};
+use crate::engine::numerics::rounded;
 use crate::engine::problem::{Problem, RefinementPoint, Wishes};
 
 /// Fewest quads that a closed component of genus 0 gets: the sides of a box.
@@ -90,7 +91,7 @@ pub fn split(
         let mut log_size = sizes_of(&part);
         let shift = 0.5 * (area_of(&part) / area).ln();
         log_size.iter_mut().for_each(|log| *log += shift);
-        let edge_length = (edge_length * (-shift).exp()).min((area / least).sqrt());
+        let edge_length = rounded((edge_length * (-shift).exp()).min((area / least).sqrt()));
         let detailed = part.vertices.iter().filter(|v| detail.binary_search(v).is_ok());
         let refined = RefinementPoint::apart(detailed.map(|&v| surface.mesh.position(v).into()), edge_length);
         Problem {

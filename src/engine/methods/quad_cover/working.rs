@@ -61,7 +61,7 @@ pub fn working_surface(ctx: &RunContext, problem: &Problem) -> Result<Working, C
             let surface = surface.in_canonical_order();
             let surface = straightened(ctx, &surface, index, *edge_length)?.unwrap_or(surface);
             let log_size: Option<LogSize<'_>> = if problem.is_even() { None } else { Some(&size) };
-            working_mesh(ctx, &surface, index, max_edge, log_size, MAX_FACES)?
+            working_mesh(ctx, &surface, max_edge, log_size, MAX_FACES)?
         }
     };
     let corner_of = corner_map(&working, surface);
