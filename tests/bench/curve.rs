@@ -1,13 +1,13 @@
 //! Energy and time of the search for branch points.
 
-use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use quadrille::engine::pipeline::{Optimise, rounding_trials};
+use quadrille::engine::pipeline::Optimise;
 use quadrille::engine::run::{Observer, RunContext, Stage};
 
-use crate::model::{Trials, read, trials};
+use crate::component::components;
+use crate::model::{Trials, trials};
 
 /// Seconds of the field of each component.
 #[derive(Debug, Default)]
@@ -38,13 +38,11 @@ impl Observer for Listener {
 pub(super) fn run(arguments: &[String]) -> Result<(), String> {
     let Trials { spec, models, .. } = trials(arguments, 5000, Optimise::Balance)?;
     for model in models {
-        let soup = read(Path::new(&model))?;
         let clock = Arc::new(FieldClock::default());
-        let trials = rounding_trials(&RunContext::new(0, Listener(clock.clone())), &soup, &spec, 1);
-        let trials = trials.map_err(|e| format!("{model}: {e}"))?;
+        let components = components(&RunContext::new(0, Listener(clock.clone())), &model, &spec)?;
         let took = clock.took.lock().map_err(|e| e.to_string())?.clone();
-        for (c, (trial, took)) in trials.iter().zip(took).enumerate() {
-            let search = &trial.branch_search;
+        for (c, (component, took)) in components.iter().zip(took).enumerate() {
+            let search = &component.prepared.branch_search;
             println!("{model}, component {c}: field {:.2} s, {} energies", took.as_secs_f64(), search.evaluations);
             println!("{:>8} {:>9} {:>9} {:>7}", "seconds", "energies", "E_D", "points");
             for step in &search.curve {

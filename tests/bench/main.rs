@@ -23,11 +23,13 @@
 //! `engine/pipeline/costs.rs` derives the shares of progress: copy them there after changes that make stages faster or
 //! slower. Nothing else should run on the machine meanwhile, but only ratios matter.
 
+mod component;
 mod curve;
 mod model;
 mod rounding;
 mod settings;
 mod stages;
+mod ways;
 
 fn main() {
     // cargo adds --bench.

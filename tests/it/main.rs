@@ -21,6 +21,7 @@ mod program;
 mod progress;
 mod real;
 mod refusals;
+mod rounding;
 mod routes;
 mod scripted;
 mod server;

@@ -18,8 +18,7 @@ use crate::engine::parameterize::map_error::MapError;
 use crate::engine::parameterize::poisson::{Quadratic, assemble};
 use crate::engine::parameterize::quantise::quantise;
 use crate::engine::parameterize::reduced::{Reduced, Unknowns};
-use crate::engine::parameterize::rounding::Periods;
-use crate::engine::parameterize::rounding::RoundingStatistics;
+use crate::engine::parameterize::rounding::{PeriodForm, Periods};
 use crate::engine::parameterize::separation::{Elements, Separation, separations};
 use crate::engine::parameterize::shortest_cut::cut_costs;
 use crate::engine::run::Cancelled;
@@ -277,30 +276,21 @@ impl MapSystem {
         self.periods.as_ref().ok_or(too_many)
     }
 
-    /// Energy that rounding by the period matrix adds at this scale if nothing needs to be kept apart, relative to ½‖X‖².
+    /// The energy as a form of the integers, for measuring.
     ///
     /// # Errors
-    /// [`Cancelled`] if the run was stopped, [`MapError::TooManyIntegers`] if there is no such matrix.
-    pub fn rounding_energy(&self, ctx: &RunContext, scale: f64) -> Result<f64, MapError> {
-        let periods = self.periods()?;
-        let (q, _) = periods.round(ctx, scale, &[])?;
-        Ok(periods.excess(scale, &q) / (self.constant * scale * scale))
+    /// [`MapError::TooManyIntegers`] if there is no such matrix.
+    pub fn period_form(&self) -> Result<PeriodForm, MapError> {
+        let shortest_cut = generators(&self.cut, &self.forms, &self.unknowns, &self.cut_cost);
+        Ok(PeriodForm::new(self.periods()?, shortest_cut, 1.0 / self.constant))
     }
 
-    /// What roundings cost on this model: `offsets` random real optima at the density of `scale` grid units per model
-    /// unit, in the basis of a shortest cut graph.
+    /// Integers near a real optimum, found by the search of [`MapSystem::round`] with nothing to keep apart.
     ///
     /// # Errors
-    /// As [`MapSystem::rounding_energy`].
-    pub fn rounding_statistics(
-        &self,
-        ctx: &RunContext,
-        scale: f64,
-        offsets: usize,
-    ) -> Result<RoundingStatistics, MapError> {
-        let periods = self.periods()?;
-        let generators = generators(&self.cut, &self.forms, &self.unknowns, &self.cut_cost);
-        Ok(periods.statistics(ctx, &generators, 1.0 / (self.constant * scale * scale), offsets)?)
+    /// [`Cancelled`] if the run was stopped, [`MapError::TooManyIntegers`] if there is no period matrix.
+    pub fn nearest(&self, ctx: &RunContext, target: &[f64]) -> Result<Vec<f64>, MapError> {
+        Ok(self.periods()?.nearest(ctx, target, &[])?.0)
     }
 
     /// The seamless map before rounding, for measuring: corner values in grid units at scale 1.

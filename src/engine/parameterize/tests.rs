@@ -175,21 +175,6 @@ fn untangling_leaves_every_vertex_wound_around_as_its_index_says() {
     }
 }
 
-/// The trace of the period matrix predicts direct rounding, and what it leaves of the reduced one the search.
-#[test]
-fn rounding_costs_what_the_period_matrix_predicts() {
-    for name in ["genus2", "dumbbell", "gear", "noisy_blob", "ellipsoid"] {
-        let case = case(name, 300.0);
-        let (system, _, _) = map(&case);
-        let found = system.rounding_statistics(&RunContext::silent(), case.scale, 60).unwrap();
-        let is_near = |found: f64, predicted: f64| (found / predicted - 1.0).abs() < 0.25;
-        assert!(is_near(found.direct, found.predicted_direct), "{name}: {found:?}");
-        assert!(is_near(found.search, found.predicted_search), "{name}: {found:?}");
-        let [one, two, three] = found.r_search;
-        assert!(found.search <= three && three <= two && two <= one, "{name}: {found:?}");
-    }
-}
-
 /// The flow gives integers with which the map is one, and that let hardly any neighbours collapse.
 #[test]
 fn maps_by_flow_are_integral_and_keep_most_neighbours_apart() {
@@ -198,7 +183,6 @@ fn maps_by_flow_are_integral_and_keep_most_neighbours_apart() {
         let mesh = &case.surface.mesh;
         let (system, by_periods, _) = map(&case);
         let by_flow = system.round_by_flow(&RunContext::silent(), mesh, case.scale).unwrap().expect(name);
-        // Pairs that the decimated triangles do not join may still collapse.
         // Pairs that the decimated triangles do not join may still collapse; they are few.
         let most = 1 + system.n_integers() / 50;
         assert!(by_flow.fallen_together <= most, "{name}: {}", by_flow.fallen_together);
@@ -232,5 +216,5 @@ fn energies_without_the_period_matrix_are_the_same() {
     let found = system.round(&ctx, mesh, case.scale).unwrap();
     assert_eq!(found.fallen_together, 0);
     assert!((found.curl_energy - expected.curl_energy).abs() < 1e-8, "{found:?} {expected:?}");
-    assert!(matches!(system.rounding_energy(&ctx, case.scale), Err(MapError::TooManyIntegers { .. })));
+    assert!(matches!(system.nearest(&ctx, &[]), Err(MapError::TooManyIntegers { .. })));
 }

@@ -22,7 +22,6 @@ use crate::engine::parameterize::MapError;
 use crate::engine::parameterize::MapMeasures;
 use crate::engine::parameterize::MapSystem;
 use crate::engine::parameterize::RoundedIntegers;
-use crate::engine::parameterize::RoundingStatistics;
 use crate::engine::parameterize::measure_map;
 use crate::engine::parameterize::untangle;
 use crate::engine::run::RunContext;
@@ -109,15 +108,23 @@ pub fn quad_cover(
 }
 
 /// What stands before any density is tried.
-struct Prepared {
-    frames: Frames,
-    field: CrossField,
-    branch_search: BranchSearch,
-    system: MapSystem,
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Charts of the faces of the working mesh.
+    pub frames: Frames,
+    /// The field.
+    pub field: CrossField,
+    /// What the search for branch points did.
+    pub branch_search: BranchSearch,
+    /// The factored system of all maps that follow the field.
+    pub system: MapSystem,
 }
 
 /// Field and factored system.
-fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> Result<Prepared, QuadCoverError> {
+///
+/// # Errors
+/// As [`quad_cover`].
+pub fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> Result<Prepared, QuadCoverError> {
     let mesh = &working.mesh;
     let frames = frames_of(mesh, &options.log_size);
     let flags = options.followed(working);
@@ -130,46 +137,6 @@ fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> R
         MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), weight)
     })?;
     Ok(Prepared { frames, field, branch_search, system })
-}
-
-/// What roundings of the map's integers cost, and what was predicted, at the density of the edge length.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RoundingTrial {
-    /// The search for branch points before.
-    pub branch_search: BranchSearch,
-    /// Over random real optima.
-    pub statistics: RoundingStatistics,
-    /// Energy that the integers of the map itself add without separations, relative to ½‖X‖².
-    pub found: f64,
-    /// The same with separations: the energy of the map that is delivered, where it meets the count at once.
-    pub separated: f64,
-    /// Separations that those integers violate.
-    pub fallen_together: usize,
-}
-
-/// Compares ways of rounding on `offsets` random real optima of one component's map.
-///
-/// # Errors
-/// As [`quad_cover`].
-pub fn rounding_trial(
-    ctx: &RunContext,
-    working: &Surface,
-    options: &QuadCoverOptions,
-    offsets: usize,
-) -> Result<RoundingTrial, QuadCoverError> {
-    let Prepared { system, branch_search, .. } = prepare(ctx, working, options)?;
-    let scale = 1.0 / options.edge_length;
-    ctx.stage(Stage::Round, |ctx| {
-        let rounded = system.round(ctx, &working.mesh, scale)?;
-        let statistics = system.rounding_statistics(ctx, scale, offsets)?;
-        Ok(RoundingTrial {
-            branch_search,
-            statistics,
-            found: system.rounding_energy(ctx, scale)?,
-            separated: rounded.rounding_energy,
-            fallen_together: rounded.fallen_together,
-        })
-    })
 }
 
 /// Vertices that lie on integer points: singular ones and corners.

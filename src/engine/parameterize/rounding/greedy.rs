@@ -3,18 +3,9 @@
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
 
-/// Which unknown is fixed next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Next {
-    /// The nearest to an integer, as `[bommes_2009]` does; it leaves less energy in the end.
-    Nearest,
-    /// The one that raises the energy least, as the thesis describes it.
-    LeastIncrease,
-}
-
-/// Fixes one unknown at a time, the others following to their new optimum (`[bommes_2009]`'s greedy rounding without
+/// Fixes one unknown at a time, the one nearest to an integer first, the others following to their new optimum (`[bommes_2009]`'s greedy rounding without
 /// solves). `inverse` is that of the matrix, n × n. O(n³).
-pub(super) fn greedy(ctx: &RunContext, inverse: &[f64], target: &[f64], next: Next) -> Result<Vec<f64>, Cancelled> {
+pub(super) fn greedy(ctx: &RunContext, inverse: &[f64], target: &[f64]) -> Result<Vec<f64>, Cancelled> {
     let n = target.len();
     let mut q = target.to_vec();
     let mut covariance = inverse.to_vec();
@@ -23,13 +14,9 @@ pub(super) fn greedy(ctx: &RunContext, inverse: &[f64], target: &[f64], next: Ne
         ctx.check()?;
         let left = open.len() as f64 / n as f64;
         ctx.advance(1.0 - left * left);
-        // Fixing an unknown raises the energy by the square of its step over its variance.
-        let cost = |i: usize| {
-            let off = (q[i] - q[i].round()).abs();
-            if next == Next::Nearest { off } else { off * off / covariance[i * n + i].max(1e-300) }
-        };
-        let cheapest = open.iter().enumerate().min_by(|(_, a), (_, b)| cost(**a).total_cmp(&cost(**b)));
-        let Some((at, &i)) = cheapest else { break };
+        let off = |i: usize| (q[i] - q[i].round()).abs();
+        let nearest = open.iter().enumerate().min_by(|(_, a), (_, b)| off(**a).total_cmp(&off(**b)));
+        let Some((at, &i)) = nearest else { break };
         open.swap_remove(at);
         let step = q[i].round() - q[i];
         let row: Vec<f64> = covariance[i * n..(i + 1) * n].to_vec();

@@ -7,37 +7,33 @@
 //! point and corner, the iso coordinate of every feature line, and the translations of handles that nothing else fixes.
 //! Translations between points are `(1 − i) z` around a point of odd index, which is that lattice, and `2 z` around one of
 //! even index: both kinds are integers by construction, any integers q are admissible, and the lattice is Zⁿ.
-//! Positions against one origin are a poor basis of it, though: searches work in a reduced one, and the figures
-//! of the thesis are measured in that of a shortest cut graph (`generators.rs`).
+//! Positions against one origin are a poor basis of it, though: searches work in a reduced one, and the figures of the
+//! thesis are measured in that of a shortest cut graph ([`PeriodForm`]; `cargo bench -- rounding`).
 //!
 //! | file | rounding |
 //! |---|---|
-//! | `direct` | each to the nearest |
 //! | `greedy` | one at a time, the others follow |
 //! | `descend` | steepest single and double steps |
-//! | `r_search` | the thesis: r at a time |
 //! | `block_search` | exact over blocks as far as the work allows, with kicks; one block where there are few |
 //! | `pulled` | greedy and descent around separations |
 
 mod block_search;
 mod candidate;
 mod descend;
-mod direct;
 mod enumeration;
 mod gram;
 mod greedy;
 mod lattice;
+mod period_form;
 mod periods;
 mod pulled;
-mod r_search;
 mod reduction;
-mod statistics;
 #[cfg(test)]
 mod tests;
 
 pub(super) use gram::Basis;
+pub use period_form::PeriodForm;
 pub(super) use periods::Periods;
-pub use statistics::RoundingStatistics;
 
 use crate::engine::parameterize::rounding::block_search::block_search;
 use crate::engine::parameterize::rounding::candidate::{Candidate, Guard};
@@ -65,7 +61,7 @@ impl Periods {
     /// Integers near a real optimum, and how many separations they violate. Starts are greedy, in the basis of positions
     /// and in the reduced one; the better of them (fewer violations, then less energy) is improved by blocks, so the
     /// result is never worse than either.
-    fn nearest(
+    pub(super) fn nearest(
         &self,
         ctx: &RunContext,
         target: &[f64],

@@ -4,7 +4,7 @@ use crate::engine::numerics::positive_definite_inverse;
 use crate::engine::parameterize::rounding::candidate::{Candidate, Guard};
 use crate::engine::parameterize::rounding::descend::descend;
 use crate::engine::parameterize::rounding::gram::{Gram, dot};
-use crate::engine::parameterize::rounding::greedy::{Next, greedy};
+use crate::engine::parameterize::rounding::greedy::greedy;
 use crate::engine::parameterize::rounding::lattice::MANY_INTEGERS;
 use crate::engine::parameterize::separation::Separation;
 use crate::engine::run::Cancelled;
@@ -30,7 +30,7 @@ pub(super) fn pulled(
     let steps = if gram.n > MANY_INTEGERS { 100 } else { 20 * gram.n.max(50) };
     let mut pulled: Vec<usize> = Vec::new();
     let mut best: Option<(usize, Vec<f64>)> = None;
-    let mut start = greedy(&ctx.span(0.0, 0.2), inverse, target, Next::Nearest)?;
+    let mut start = greedy(&ctx.span(0.0, 0.2), inverse, target)?;
     ctx.advance(0.2);
     for pull in 0.. {
         let ctx = &ctx.attempt(SHARE_OF_PULL);
@@ -50,7 +50,7 @@ pub(super) fn pulled(
         pulled.dedup();
         let forms: Vec<&Separation> = pulled.iter().map(|&k| &separations[k]).collect();
         let Some((inverse, optimum)) = pull_apart(gram, target, &forms) else { break };
-        start = greedy(&ctx.span(0.7, 1.0), &inverse, &optimum, Next::Nearest)?;
+        start = greedy(&ctx.span(0.7, 1.0), &inverse, &optimum)?;
         ctx.advance(1.0);
     }
     Ok(best.map_or_else(Vec::new, |b| b.1))

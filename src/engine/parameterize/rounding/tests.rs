@@ -1,8 +1,6 @@
-use super::direct::{direct, expected};
 use super::gram::Gram;
-use super::greedy::{Next, greedy};
+use super::greedy::greedy;
 use super::lattice::Lattice;
-use super::r_search::r_search;
 use super::*;
 use crate::engine::numerics::Random;
 use crate::engine::numerics::positive_definite_inverse;
@@ -26,6 +24,11 @@ fn target(n: usize, seed: u64) -> Vec<f64> {
 fn periods(gram: &Gram, target: &[f64]) -> Periods {
     let b = gram.times(target);
     Periods::from_matrix(&RunContext::silent(), gram.clone(), &b).unwrap().unwrap()
+}
+
+/// Every integer to its nearest.
+fn direct(target: &[f64]) -> Vec<f64> {
+    target.iter().map(|t| t.round()).collect()
 }
 
 fn energy(gram: &Gram, target: &[f64], q: &[f64]) -> f64 {
@@ -107,38 +110,6 @@ fn a_reduced_basis_is_a_basis_and_shorter() {
 }
 
 #[test]
-fn wider_searches_are_never_worse_than_narrower_ones_or_direct_rounding() {
-    let ctx = RunContext::silent();
-    for seed in 0..12 {
-        let (gram, target) = (gram(40, seed), target(40, 100 + seed));
-        let guard = Guard::default();
-        let mut candidate = Candidate::new(&gram, &guard, &target, direct(&target));
-        let mut last = candidate.energy;
-        for r in 1..=3 {
-            let mut alone = Candidate::new(&gram, &guard, &target, direct(&target));
-            let before = alone.energy;
-            r_search(&ctx, &mut alone, r).unwrap();
-            assert!(alone.energy <= before);
-            r_search(&ctx, &mut candidate, r).unwrap();
-            assert!(candidate.energy <= last);
-            assert!((candidate.energy - energy(&gram, &target, &candidate.q)).abs() < 1e-9);
-            last = candidate.energy;
-        }
-        // No single or double change of the result is better.
-        for i in 0..gram.n {
-            for j in 0..gram.n {
-                for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-                    let mut q = candidate.q.clone();
-                    q[i] += s;
-                    q[j] += t;
-                    assert!(energy(&gram, &target, &q) > last - 1e-9);
-                }
-            }
-        }
-    }
-}
-
-#[test]
 fn few_integers_are_rounded_to_the_exact_optimum() {
     let ctx = RunContext::silent();
     for seed in 0..20 {
@@ -190,17 +161,13 @@ fn one_integer_after_the_other_is_better_than_all_at_once() {
     let ctx = RunContext::silent();
     let gram = gram(30, 1);
     let inverse = positive_definite_inverse(30, &gram.rows).unwrap();
-    let (mut all, mut one) = (0.0, [0.0; 2]);
+    let (mut all, mut one) = (0.0, 0.0);
     for seed in 0..20 {
         let target = target(30, seed);
         all += energy(&gram, &target, &direct(&target));
-        for (one, next) in one.iter_mut().zip([Next::Nearest, Next::LeastIncrease]) {
-            *one += energy(&gram, &target, &greedy(&ctx, &inverse, &target, next).unwrap());
-        }
+        one += energy(&gram, &target, &greedy(&ctx, &inverse, &target).unwrap());
     }
-    assert!(one.iter().all(|&one| one < 0.9 * all), "{one:?} {all}");
-    // The trace predicts direct rounding.
-    assert!((all / 20.0 / expected(&gram) - 1.0).abs() < 0.25);
+    assert!(one < 0.9 * all, "{one} {all}");
 }
 
 #[test]
