@@ -22,7 +22,7 @@ pub(super) fn solve_all(
     order.sort_by(|&a, &b| problems[b].quads.total_cmp(&problems[a].quads).then(a.cmp(&b)));
     let stopped = |component: usize, Stopped { stop, causes }| match causes.is_empty() {
         true => RemeshError::Cancelled(stop),
-        false => RemeshError::OutOfTime { component, causes: causes.join("; "), stop },
+        false => RemeshError::DeadlineExceeded { component, causes: causes.join("; "), stop },
     };
     let mut solved: Vec<(usize, Result<Solution, String>)> = order
         .into_par_iter()

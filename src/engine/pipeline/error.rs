@@ -17,15 +17,15 @@ pub enum RemeshError {
     Cancelled(#[from] Cancelled),
     /// The deadline passed while a component had no certified quads yet.
     #[error("{stop}; tried for component {component}: {causes}")]
-    OutOfTime {
-        /// The component, in order of first faces.
+    DeadlineExceeded {
+        /// Index of the component; components are ordered by their lowest face index.
         component: usize,
         /// What was tried, and why it failed.
         causes: String,
         /// The reason of the stop.
         stop: Cancelled,
     },
-    /// The target cannot be met: the model has no size to divide by.
+    /// The target edge length would give more quads than the limit.
     #[error("a target edge length of {edge_length} asks for about {quads:.0} quads; the limit is {limit:.0}")]
     TooManyQuads {
         /// The edge length asked for, model units.
@@ -38,9 +38,9 @@ pub enum RemeshError {
     /// Exact symmetry was asked for, and the model has none.
     #[error("the model is not symmetric in {axis}: {cause}; leave symmetry out, or give a model that is")]
     NotSymmetric {
-        /// The axis across which the plane lies.
+        /// Name of the coordinate axis that is the normal of the mirror plane.
         axis: &'static str,
-        /// What speaks against it.
+        /// Why the model is not symmetric.
         cause: String,
     },
     /// The quads of all components together do not pass the certificate.
@@ -49,12 +49,12 @@ pub enum RemeshError {
         /// All violations.
         cause: String,
     },
-    /// No attempt gave quads that pass the certificate; the cause lists all of them.
+    /// No attempt for this component gave quads that pass the certificate.
     #[error("no certified quads were found for component {component}: {cause}")]
     NoQuads {
-        /// The component, in order of first faces.
+        /// Index of the component; components are ordered by their lowest face index.
         component: usize,
-        /// What the last level failed on.
+        /// What was tried, and why it failed.
         cause: String,
     },
 }
@@ -70,7 +70,7 @@ impl RemeshError {
     pub fn stage(&self) -> Stage {
         match self {
             Self::Condition(_) | Self::NotSymmetric { .. } => Stage::Condition,
-            Self::Cancelled(_) | Self::OutOfTime { .. } | Self::TooManyQuads { .. } => Stage::Refine,
+            Self::Cancelled(_) | Self::DeadlineExceeded { .. } | Self::TooManyQuads { .. } => Stage::Refine,
             Self::NoQuads { .. } | Self::NotCertified { .. } => Stage::Certify,
         }
     }
@@ -80,7 +80,7 @@ impl Blame for RemeshError {
     fn fault(&self) -> Fault {
         match self {
             Self::Condition(e) => e.fault(),
-            Self::Cancelled(_) | Self::OutOfTime { .. } => Fault::Cancelled,
+            Self::Cancelled(_) | Self::DeadlineExceeded { .. } => Fault::Cancelled,
             Self::TooManyQuads { .. } => Fault::Limit,
             Self::NoQuads { .. } | Self::NotCertified { .. } | Self::NotSymmetric { .. } => Fault::Unsatisfiable,
         }
@@ -88,7 +88,7 @@ impl Blame for RemeshError {
 
     fn tried(&self) -> Option<String> {
         match self {
-            Self::OutOfTime { component, causes, .. } => Some(format!("component {component}: {causes}")),
+            Self::DeadlineExceeded { component, causes, .. } => Some(format!("component {component}: {causes}")),
             _ => None,
         }
     }

@@ -5,7 +5,7 @@ use crate::service::wire::Problem;
 /// Why a command ends without success.
 #[derive(Debug)]
 pub(super) enum Failure {
-    /// A wrong command line or something that can be judged before any work.
+    /// An invalid command line, or another user error that is detected before any work starts.
     Usage(String),
     /// A file that cannot be read.
     Input(String),
@@ -34,7 +34,7 @@ impl Failure {
         }
     }
 
-    /// One line for people.
+    /// The error message for a person, on a single line; `None` if it has been printed already.
     pub(super) fn line(&self) -> Option<String> {
         match self {
             Failure::Usage(line) | Failure::Input(line) | Failure::Output(line) => Some(line.replace('\n', " ")),

@@ -4,17 +4,17 @@ use std::fmt::Debug;
 
 use super::error::ReadError;
 
-/// The files beside a main file: those of its folder, of its archive, or of the same upload.
+/// Reads the external files of a main file: the other files of its folder, of its archive or of the same upload.
 pub trait Beside: Debug + Sync {
-    /// The file at this relative path, of at most `limit` bytes; `None` if it is not there. Paths have `/` between their
-    /// parts, none of which is `..`, and no root and no scheme.
+    /// Reads the file at a relative path; `None` if there is no such file. Precondition: `path` separates its components
+    /// by `/`, has no `..` component, is not absolute and has no URI scheme.
     ///
     /// # Errors
-    /// If it is there and cannot be had, or is larger.
+    /// If the file exists but cannot be read, or if it is larger than `limit` bytes.
     fn get(&self, path: &str, limit: u64) -> Result<Option<Vec<u8>>, ReadError>;
 }
 
-/// No files but the main one.
+/// There are no external files: every lookup gives `None`.
 #[derive(Clone, Copy, Debug)]
 pub struct Alone;
 

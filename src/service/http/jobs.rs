@@ -15,9 +15,10 @@ use crate::service::jobs::JobRequest;
 use crate::service::store::{Cancelling, JobRow};
 use crate::service::wire::{JobBody, Problem, ProblemKind, Urls};
 
-const LONGEST_KEY: usize = 255;
-/// How long a request to cancel waits for the run to stop, so that its answer is the final state.
-const STOPPING: Duration = Duration::from_secs(1);
+const MAX_KEY_LENGTH: usize = 255;
+/// How long a cancel request waits for the run to stop. If it stops in time, the response is 200 with the final state,
+/// otherwise 202.
+const CANCEL_WAIT: Duration = Duration::from_secs(1);
 
 /// Submits a mesh.
 ///
@@ -38,7 +39,7 @@ const STOPPING: Duration = Duration::from_secs(1);
         ("Prefer" = Option<String>, Header, example = "wait=30",
             description = "`wait=N`: answer when the job is done, after N ≤ 60 s at the latest"),
         ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 255, pattern = "^[!-~]([ -~]*[!-~])?$",
-            description = "The same key and body lead to the same job"),
+            description = "A repeated request with the same key and body returns the job of the first one"),
     ),
     responses(
         (status = 200, description = "The job is finished (after `Prefer: wait`, or for a repeated key)", body = JobBody,
@@ -72,9 +73,9 @@ fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
         return Ok(None);
     }
     match text(headers, "idempotency-key") {
-        Some(key) if !key.is_empty() && key.len() <= LONGEST_KEY => Ok(Some(key.to_owned())),
+        Some(key) if !key.is_empty() && key.len() <= MAX_KEY_LENGTH => Ok(Some(key.to_owned())),
         _ => {
-            let detail = format!("Idempotency-Key must be 1 to {LONGEST_KEY} visible ASCII characters.");
+            let detail = format!("Idempotency-Key must be 1 to {MAX_KEY_LENGTH} visible ASCII characters.");
             Err(Problem::new(ProblemKind::InvalidRequest, detail))
         }
     }
@@ -107,7 +108,7 @@ pub(super) async fn get_job(State(state): State<HttpState>, Id(id): Id) -> Resul
 pub(super) async fn cancel_job(State(state): State<HttpState>, Id(id): Id) -> Result<Response, Problem> {
     let job = match state.jobs.cancel(id).await? {
         Cancelling::Unknown => return Err(no_job(id)),
-        Cancelling::Asked => wait_for_job(&state, id, STOPPING).await?,
+        Cancelling::Asked => wait_for_job(&state, id, CANCEL_WAIT).await?,
         Cancelling::Done | Cancelling::Finished => job_row(&state, id).await?,
     };
     let status = if job.status.is_final() { StatusCode::OK } else { StatusCode::ACCEPTED };
@@ -118,7 +119,7 @@ pub(super) async fn cancel_job(State(state): State<HttpState>, Id(id): Id) -> Re
 #[utoipa::path(delete, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "delete_job",
     params(("id" = Uuid, Path, description = "Id of the job")),
     responses(
-        (status = 204, description = "Gone"),
+        (status = 204, description = "The job is deleted"),
     ))]
 pub(super) async fn delete_job(State(state): State<HttpState>, Id(id): Id) -> Result<StatusCode, Problem> {
     if state.jobs.delete(id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(no_job(id)) }

@@ -9,8 +9,8 @@ use crate::service::http::extract::no_job;
 use crate::service::store::{JobRow, rfc3339};
 use crate::service::wire::{JobBody, Problem, Urls};
 
-/// Longest time until a change by another process is seen.
-const POLL: Duration = Duration::from_secs(1);
+/// Polling interval: changes by other processes are not signalled, they are seen only when the row is read again.
+const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
 /// The job object.
 pub(super) async fn job_body(state: &HttpState, job: JobRow) -> Result<JobBody, Problem> {
@@ -42,24 +42,25 @@ pub(super) async fn job_row(state: &HttpState, id: Uuid) -> Result<JobRow, Probl
     state.jobs.store.job(id).await?.ok_or_else(|| no_job(id))
 }
 
-/// The row of a job once it is finished, or when the time is over.
-pub(super) async fn wait_for_job(state: &HttpState, id: Uuid, at_most: Duration) -> Result<JobRow, Problem> {
+/// Waits until the job is finished, the timeout has passed or the server shuts down; returns the job's row at that
+/// time, which need not be final.
+pub(super) async fn wait_for_job(state: &HttpState, id: Uuid, timeout: Duration) -> Result<JobRow, Problem> {
     let mut changes = state.jobs.live.subscribe();
-    let deadline = tokio::time::Instant::now() + at_most;
+    let deadline = tokio::time::Instant::now() + timeout;
     loop {
         let job = job_row(state, id).await?;
         if job.status.is_final() || tokio::time::Instant::now() >= deadline || state.stop.is_cancelled() {
             return Ok(job);
         }
-        let next_look = (tokio::time::Instant::now() + POLL).min(deadline);
+        let next_poll = (tokio::time::Instant::now() + POLL_INTERVAL).min(deadline);
         let changed = async {
-            // A receiver that was too slow and missed some looks, too.
+            // `recv` also fails if this receiver lagged and lost messages; the row is read again in that case, too.
             while changes.recv().await.is_ok_and(|changed| changed != id) {}
         };
         tokio::select! {
             () = changed => {}
             () = state.stop.cancelled() => {}
-            () = tokio::time::sleep_until(next_look) => {}
+            () = tokio::time::sleep_until(next_poll) => {}
         }
     }
 }

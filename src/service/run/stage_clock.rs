@@ -1,38 +1,40 @@
-//! The seconds of every stage.
+//! Wall-clock time spent in each stage of a run.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::engine::run::{Observer, Stage};
 
-/// One stage: how often it is under way now, since when, and how long it was before.
+/// Timer of one stage: how many components are in it now, since when at least one is, and the time before that.
 #[derive(Clone, Copy, Debug, Default)]
-struct Entry {
+struct StageTimer {
     active: u32,
     since: Option<Instant>,
     total: Duration,
-    seen: bool,
+    was_entered: bool,
 }
 
-/// A clock per stage. It runs while at least one component of the model is in that stage, so the sum may exceed the
-/// time of the run, but no stage does.
+/// Wall-clock time per stage. The timer of a stage runs while at least one component of the model is in that stage.
+/// Stages of different components overlap, so the times may add up to more than the duration of the run; no single time
+/// exceeds it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct StageClock(Arc<Mutex<[Entry; Stage::ALL.len()]>>);
+pub(super) struct StageClock(Arc<Mutex<[StageTimer; Stage::ALL.len()]>>);
 
 impl StageClock {
-    fn with(&self, stage: Stage, change: impl FnOnce(&mut Entry)) {
+    fn with(&self, stage: Stage, change: impl FnOnce(&mut StageTimer)) {
         let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut entries[stage as usize]);
     }
 
-    /// Stages that were met, in order, with their milliseconds.
+    /// Milliseconds spent in each stage that was entered, in the order of [`Stage::ALL`]; running stages count up to
+    /// now.
     pub(super) fn timings_ms(&self) -> Vec<(&'static str, f64)> {
         let entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let ms = |entry: &Entry| {
+        let ms = |entry: &StageTimer| {
             let running = entry.since.map_or(Duration::ZERO, |since| since.elapsed());
             (entry.total + running).as_secs_f64() * 1000.0
         };
-        let met = Stage::ALL.iter().zip(entries.iter()).filter(|(_, entry)| entry.seen);
+        let met = Stage::ALL.iter().zip(entries.iter()).filter(|(_, entry)| entry.was_entered);
         met.map(|(stage, entry)| (stage.name(), ms(entry))).collect()
     }
 }
@@ -40,7 +42,7 @@ impl StageClock {
 impl Observer for StageClock {
     fn stage_begins(&self, stage: Stage) {
         self.with(stage, |entry| {
-            entry.seen = true;
+            entry.was_entered = true;
             entry.active += 1;
             entry.since.get_or_insert_with(Instant::now);
         });

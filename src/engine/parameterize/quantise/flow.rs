@@ -1,12 +1,15 @@
 //! Minimum-deviation flow in a bidirected graph: integers as near as may be to real targets, with sums that vanish.
 //!
-//! Every variable takes part in at most two sums, with +1 or −1 in each. That is a flow in which an edge may point into
-//! both of its ends or out of both, and which changes along walks: a step through an edge changes its value by one so
-//! that the sum at the end it comes from is right again, and leaves the other end to the next step. Walks are sought on
-//! states (sum, sign of the change it needs), the double cover of the graph. Deviations:
-//! feasibility comes from shortest walks between sums that are wrong, not from an evened network simplex, and the
-//! optimum from cancelling negative cycles. A cycle that uses an edge twice costs more than the sum of its steps, so
-//! what is found is optimal but for such cycles.
+//! Every variable occurs in at most two balance equations, each time with the coefficient +1 or −1. So the equations
+//! are the nodes and the variables the edges of a bidirected graph: an edge may point into both of its ends, or out of
+//! both. Solutions are changed by augmenting walks: each step changes the value of one edge by ±1, which balances the
+//! node that the step leaves and passes the imbalance on to the node that it enters. Walks are searched for in the
+//! double cover of the graph, whose states are pairs (node, sign of the change that the node needs).
+//!
+//! Differences from `[coudert_osmont_2024]`: a feasible solution is found by successive cheapest walks between unbalanced
+//! nodes, not by a network simplex, and the optimum by cancelling negative cycles. The cost is quadratic, so a cycle that
+//! changes an edge twice in the same direction costs more than the sum of its steps. The result is optimal except for
+//! improvements that need such a cycle.
 
 use std::collections::BTreeMap;
 
@@ -14,22 +17,22 @@ use crate::engine::numerics::PathSearch;
 use crate::engine::parameterize::quantise::labels::{Parents, States};
 use crate::engine::run::{Cancelled, RunContext};
 
-/// One integer.
+/// An integer variable: an edge of the graph.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Variable {
-    /// The sums that it is a part of, each with its sign; a sum may occur twice.
+    /// The nodes (balance equations) in which it occurs, each with its coefficient ±1; a node may occur twice.
     pub(super) ends: [Option<(u32, i64)>; 2],
     /// What it is to be near to.
     pub(super) target: f64,
     /// Cost of the square of its deviation.
     pub(super) weight: f64,
-    /// Least value.
+    /// Lower bound of its value.
     pub(super) least: i64,
 }
 
 impl Variable {
     /// What a change by one costs here; infinite if it leaves the bounds.
-    fn marginal(&self, x: i64, change: i64) -> f64 {
+    fn marginal_cost(&self, x: i64, change: i64) -> f64 {
         if x + change < self.least {
             return f64::INFINITY;
         }
@@ -49,20 +52,20 @@ struct Arc {
     to: u32,
 }
 
-/// Variables and how they hang together.
+/// The problem as a graph: the variables, and for each state the arcs out of it.
 #[derive(Debug)]
 pub(super) struct Flow {
     variables: Vec<Variable>,
-    /// Per state, its arcs: `first[s]..first[s + 1]`. State 2 n needs sum n to grow, 2 n + 1 to fall; the last one is
-    /// outside of all sums.
+    /// Offsets: the arcs out of state `s` are `first[s]..first[s + 1]`. State 2 n: node n needs a positive change; 2 n + 1: a
+    /// negative one. The last state stands for the free end of edges that have only one node.
     first: Vec<u32>,
     arcs: Vec<Arc>,
 }
 
-/// Negative cycles cheaper than this are rounding errors.
-const LEAST_GAIN: f64 = 1e-9;
-/// Rounds of cycles at most.
-const MOST_ROUNDS: usize = 2_000;
+/// A cost counts as lower only if it is lower by more than this; smaller differences are rounding errors.
+const MIN_GAIN: f64 = 1e-9;
+/// Rounds of cancelling negative cycles at most; after that, the solution is returned as it is.
+const MAX_ROUNDS: usize = 2_000;
 /// Each round takes this share of what is left of the progress: there are tens of them.
 const SHARE_OF_ROUND: f64 = 0.03;
 
@@ -112,8 +115,8 @@ impl Flow {
         self.variables.iter().zip(x).map(|(variable, &x)| variable.cost(x)).sum()
     }
 
-    /// Values with sums of 0, from `start`; `None` if there are none within the bounds. Each wrong sum costs a search of
-    /// its surroundings, each improvement some passes over all arcs.
+    /// Values that satisfy all balance equations, found from `start`; `None` if there are none within the bounds. Every
+    /// unit of imbalance costs at least one local search for a walk, every improvement some passes over all arcs.
     pub(super) fn solve(&self, ctx: &RunContext, start: &[i64]) -> Result<Option<Vec<i64>>, Cancelled> {
         let mut x: Vec<i64> = self.variables.iter().zip(start).map(|(variable, &x)| x.max(variable.least)).collect();
         if !self.balance(&ctx.span(0.0, 0.5), &mut x)? {
@@ -132,8 +135,8 @@ impl Flow {
         self.first[state as usize] as usize..self.first[state as usize + 1] as usize
     }
 
-    /// The sums.
-    fn sums(&self, x: &[i64]) -> Vec<i64> {
+    /// Per node, the left-hand side of its balance equation; 0 if balanced.
+    fn imbalances(&self, x: &[i64]) -> Vec<i64> {
         let mut sums = vec![0; self.n_states() / 2];
         for (variable, &x) in self.variables.iter().zip(x) {
             for (sum, sign) in variable.ends.iter().flatten() {
@@ -143,9 +146,9 @@ impl Flow {
         sums
     }
 
-    /// Makes all sums 0 by shortest walks between wrong ones.
+    /// Makes `x` satisfy all balance equations by cheapest walks between unbalanced nodes; false if it cannot.
     fn balance(&self, ctx: &RunContext, x: &mut [i64]) -> Result<bool, Cancelled> {
-        let mut sums = self.sums(x);
+        let mut sums = self.imbalances(x);
         let mut search = PathSearch::new(self.n_states());
         for sum in 0..sums.len() {
             while sums[sum] != 0 {
@@ -165,8 +168,8 @@ impl Flow {
         Ok(true)
     }
 
-    /// The cheapest walk from a wrong sum to another one, or to outside, and that one. Steps that gain something count as
-    /// free: gains are for cycles to find.
+    /// The cheapest walk from an unbalanced node to another one or to the state outside, and the node at its end
+    /// (`None`: outside). Negative step costs count as 0: `cancel_cycles` exploits them later.
     fn shortest(
         &self,
         x: &[i64],
@@ -182,13 +185,14 @@ impl Flow {
             search.start(source, 0.0);
             while let Some((distance, state)) = search.nearest() {
                 let at = (state / 2) as usize;
-                // The walk may end where a sum is wrong the right way; where it began, one unit is taken already.
+                // The walk may end at a node whose imbalance the arriving unit reduces. At the source this takes an
+                // imbalance of at least 2: the start of the walk uses up one unit already.
                 let needed = if at == sum { 2 } else { 1 };
                 let sign = if state % 2 == 0 { 1 } else { -1 };
                 if state == outside || sums[at] * sign >= needed {
                     let walk = search.steps(state);
                     // A walk through an edge twice may leave its bounds.
-                    if let Some(bad) = self.leaves_bounds(x, &walk) {
+                    if let Some(bad) = self.arc_breaking_bound(x, &walk) {
                         banned.push(bad);
                         continue 'search;
                     }
@@ -196,7 +200,8 @@ impl Flow {
                 }
                 for a in self.arcs_of(state) {
                     let arc = self.arcs[a];
-                    let step = self.variables[arc.variable as usize].marginal(x[arc.variable as usize], arc.change);
+                    let step =
+                        self.variables[arc.variable as usize].marginal_cost(x[arc.variable as usize], arc.change);
                     if step.is_finite() && !banned.contains(&(a as u32)) {
                         search.reach(arc.to, distance + step.max(0.0), a as u32, state);
                     }
@@ -206,7 +211,7 @@ impl Flow {
         }
     }
 
-    fn leaves_bounds(&self, x: &[i64], walk: &[u32]) -> Option<u32> {
+    fn arc_breaking_bound(&self, x: &[i64], walk: &[u32]) -> Option<u32> {
         let mut change: BTreeMap<u32, i64> = BTreeMap::new();
         for &a in walk {
             let arc = self.arcs[a as usize];
@@ -228,7 +233,7 @@ impl Flow {
         let mut step = vec![f64::NAN; self.arcs.len()];
         let mut dirty = States::new(n);
         let mut parents = Parents::new(n);
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             ctx.check()?;
             ctx.attempt(SHARE_OF_ROUND).advance(1.0);
             for state in 0..n as u32 {
@@ -236,7 +241,9 @@ impl Flow {
                     let arc = self.arcs[a];
                     let now = match banned[a] {
                         true => f64::INFINITY,
-                        false => self.variables[arc.variable as usize].marginal(x[arc.variable as usize], arc.change),
+                        false => {
+                            self.variables[arc.variable as usize].marginal_cost(x[arc.variable as usize], arc.change)
+                        }
                     };
                     if now != std::mem::replace(&mut step[a], now) {
                         dirty.insert(state);
@@ -246,7 +253,7 @@ impl Flow {
             parents.clear();
             let mut cycles = Vec::new();
             for pass in 0..n {
-                let mut is_still = true;
+                let mut has_converged = true;
                 let mut next = 0;
                 while let Some(state) = dirty.take_from(next) {
                     next = state + 1;
@@ -254,15 +261,15 @@ impl Flow {
                     for a in self.arcs_of(state) {
                         let there = here + step[a];
                         let to = self.arcs[a].to;
-                        if there < distance[to as usize] - LEAST_GAIN {
+                        if there < distance[to as usize] - MIN_GAIN {
                             distance[to as usize] = there;
                             parents.set(to, (state, a as u32));
                             dirty.insert(to);
-                            is_still = false;
+                            has_converged = false;
                         }
                     }
                 }
-                if is_still {
+                if has_converged {
                     return Ok(());
                 }
                 if pass % 4 == 3 {
@@ -278,7 +285,7 @@ impl Flow {
             }
             let mut is_changed = false;
             for cycle in cycles {
-                if self.gain(x, &cycle) > LEAST_GAIN {
+                if self.gain(x, &cycle) > MIN_GAIN {
                     is_changed = true;
                     for &a in &cycle {
                         let arc = self.arcs[a as usize];
@@ -286,7 +293,8 @@ impl Flow {
                         // What did not pay may do so now.
                         banned[a as usize] = false;
                     }
-                } else if let Some(&a) = cycle.iter().find(|&&a| !banned[a as usize] && self.is_twice(&cycle, a)) {
+                } else if let Some(&a) = cycle.iter().find(|&&a| !banned[a as usize] && self.uses_edge_twice(&cycle, a))
+                {
                     is_changed = true;
                     banned[a as usize] = true;
                 }
@@ -298,7 +306,7 @@ impl Flow {
         Ok(())
     }
 
-    /// What is gained by the steps all together; negative if they leave the bounds.
+    /// Decrease of the cost by all steps together; −∞ if a value would fall below its lower bound.
     fn gain(&self, x: &[i64], walk: &[u32]) -> f64 {
         let mut change: BTreeMap<u32, i64> = BTreeMap::new();
         for &a in walk {
@@ -311,7 +319,7 @@ impl Flow {
         change.iter().map(gain).sum()
     }
 
-    fn is_twice(&self, walk: &[u32], a: u32) -> bool {
+    fn uses_edge_twice(&self, walk: &[u32], a: u32) -> bool {
         let variable = self.arcs[a as usize].variable;
         walk.iter().filter(|&&b| self.arcs[b as usize].variable == variable).count() > 1
     }

@@ -9,9 +9,9 @@ pub(super) struct Faces {
     pub(super) of: Vec<u32>,
     /// Per face, its lowest dart.
     pub(super) first: Vec<u32>,
-    /// Per face, number of darts.
+    /// Per face, its degree (number of darts).
     pub(super) len: Vec<u32>,
-    /// Per face, whether it is the outside of a boundary loop.
+    /// Per face, whether it lies outside of the surface, beyond a boundary loop.
     pub(super) outside: Vec<bool>,
 }
 
@@ -35,24 +35,25 @@ impl Faces {
         faces
     }
 
-    /// Faces of the surface (not of the outside) that `wanted` wants by their length.
+    /// The lowest darts (not the face numbers) of the faces of the surface whose degree satisfies `wanted`; faces outside
+    /// of the boundary are left out.
     pub(super) fn inside(&self, wanted: impl Fn(u32) -> bool) -> Vec<u32> {
         (0..self.first.len()).filter(|&f| !self.outside[f] && wanted(self.len[f])).map(|f| self.first[f]).collect()
     }
 }
 
-/// Numbers of one connected component of a graph.
+/// Edge count and topological invariants of one connected component of a graph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Numbers {
-    /// Arcs.
+    /// Number of edges.
     pub(super) arcs: usize,
-    /// Nodes − arcs + faces, the outside not counted.
+    /// Euler characteristic V − E + F of the surface; faces outside of the boundary do not count.
     pub(super) euler: i64,
-    /// Faces that are outside.
+    /// Number of boundary loops.
     pub(super) boundaries: usize,
 }
 
-/// Component of each dart (`u32::MAX`: dead) and the numbers of all components, in order of their lowest dart.
+/// Component of each dart (`u32::MAX`: dead), and the counts of all components, in order of their lowest dart.
 pub(super) fn components(graph: &EmbeddedGraph) -> (Vec<u32>, Vec<Numbers>) {
     let mut component = vec![u32::MAX; graph.n_darts() as usize];
     let mut numbers: Vec<Numbers> = Vec::new();
@@ -66,7 +67,7 @@ pub(super) fn components(graph: &EmbeddedGraph) -> (Vec<u32>, Vec<Numbers>) {
         component[seed as usize] = c;
         stack.push(seed);
         while let Some(d) = stack.pop() {
-            // A node is counted at its lowest dart, an arc at its first.
+            // Each node is counted once, at its lowest dart; each edge once, at the even one of its two darts.
             count.euler += i64::from(graph.around(d).all(|e| d <= e));
             if d.is_multiple_of(2) {
                 count.arcs += 1;

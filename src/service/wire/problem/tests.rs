@@ -53,7 +53,7 @@ fn causes_of_our_own_bugs_stay_inside() {
 fn a_passed_deadline_names_what_was_tried() {
     let stop = Cancelled(StopReason::Deadline);
     let causes = "quadcover as asked for: 2 quads have no area".to_owned();
-    let error = RemeshError::OutOfTime { component: 3, causes, stop };
+    let error = RemeshError::DeadlineExceeded { component: 3, causes, stop };
     let late = problem_of_fault(&error, Some(error.stage()), Some(StopReason::Deadline));
     assert_eq!((late.kind, late.stage), (ProblemKind::DeadlineExceeded, None));
     assert!(late.detail.ends_with("Tried so far: component 3: quadcover as asked for: 2 quads have no area."));

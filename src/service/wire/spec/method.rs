@@ -1,4 +1,5 @@
-//! The method and its own parameters: names, schemas and limits come from the methods themselves.
+//! The spec fields `method` and `params`. Method names, parameter schemas and limits are read from the engine's table
+//! of methods, not repeated here.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -18,8 +19,8 @@ use crate::service::wire::spec::field::{Component, Field, Flag, FlagText, Kind, 
 
 const SCHEMA: &str = "MethodName";
 const PARAMS: &str = "ParamsBody";
-/// Names that are refused as not available in this version.
-const LATER: &[&str] = &["harmonic", "holomorphic", "layout"];
+/// Names reserved for methods of later versions; they are refused with a message that says so.
+const RESERVED_NAMES: &[&str] = &["harmonic", "holomorphic", "layout"];
 
 /// A method by name, as in a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +33,7 @@ impl MethodName {
         }
         let names: Vec<&str> = methods::all().iter().map(|method| method.name()).collect();
         let names = names.join(", ");
-        if LATER.contains(&name) {
+        if RESERVED_NAMES.contains(&name) {
             return Err(format!("{name} is not available in this version; there is {names}"));
         }
         Err(format!("unknown; there is {names}"))
@@ -106,15 +107,16 @@ impl Kind for OneMethod {
     }
 }
 
-/// The object of the parameters of the spec's method.
-struct Own;
+/// The value of `params`: an object with the parameters of the chosen method.
+struct MethodParams;
 
-/// The row of the spec's table; it stands below the method, whose parameters they are.
+/// The row `params` of the table of spec fields. It must come after the row `method`: reading it needs the method that
+/// was chosen there.
 pub(super) const PARAMETERS: Field = Field {
     name: "params",
     help: "Parameters of the method itself; see /v1/methods.",
     flags: &[Flag::new("param", "NAME=VALUE")],
-    values: &Own,
+    values: &MethodParams,
     read: |json, violations, spec| {
         let declared = spec.spec.method.0.parameters();
         let mut given = Parameters::default();
@@ -178,7 +180,7 @@ fn value(given: Given) -> Value {
     }
 }
 
-/// All parameters of a method, those that were not given with their defaults.
+/// Every parameter of a method with its value: the given one, or else the default.
 fn values(method: &dyn Method, given: &Parameters) -> Map<String, Value> {
     method.parameters().iter().map(|p| (p.name.to_owned(), value(given.get(p)))).collect()
 }
@@ -196,7 +198,7 @@ fn schema_of(parameter: &Parameter) -> ObjectBuilder {
 }
 
 /// One parameter and its help, for people.
-fn described(parameter: &Parameter) -> String {
+fn help_with_choices(parameter: &Parameter) -> String {
     let mut help = parameter.help.to_owned();
     if let Range::Choice(names) = parameter.range {
         for (name, line) in names {
@@ -210,19 +212,20 @@ fn described(parameter: &Parameter) -> String {
 pub(in crate::service) fn own_schema(method: MethodRef) -> RefOr<Schema> {
     let mut object = ObjectBuilder::new().description(Some("Parameters of the method itself."));
     for parameter in method.0.parameters() {
-        object = object.property(parameter.name, schema_of(parameter).description(Some(described(parameter))));
+        object = object.property(parameter.name, schema_of(parameter).description(Some(help_with_choices(parameter))));
     }
     object.additional_properties(Some(AdditionalProperties::FreeForm(false))).into()
 }
 
 /// The methods that have a parameter of this name.
-fn of_methods(name: &str) -> String {
+fn methods_with_parameter(name: &str) -> String {
     let has = |method: &&&dyn Method| method.parameters().iter().any(|p| p.name == name);
     STANDARD.iter().filter(has).map(|method| method.name()).collect::<Vec<_>>().join(", ")
 }
 
-/// All parameters of the methods of this version, each name once.
-fn all_parameters() -> Vec<&'static Parameter> {
+/// The parameters of all standard methods, one per name. If methods share a parameter name, the first declaration is
+/// kept.
+fn distinct_parameters() -> Vec<&'static Parameter> {
     let mut all: Vec<&'static Parameter> = Vec::new();
     for parameter in STANDARD.iter().flat_map(|method| method.parameters()) {
         if all.iter().all(|known| known.name != parameter.name) {
@@ -232,11 +235,11 @@ fn all_parameters() -> Vec<&'static Parameter> {
     all
 }
 
-impl Values for Own {
+impl Values for MethodParams {
     fn allowed(&self) -> String {
-        let names: Vec<String> = all_parameters()
+        let names: Vec<String> = distinct_parameters()
             .iter()
-            .map(|p| format!("`{}` ({}): {}", p.name, of_methods(p.name), allowed(&p.range)))
+            .map(|p| format!("`{}` ({}): {}", p.name, methods_with_parameter(p.name), allowed(&p.range)))
             .collect();
         names.join("; ")
     }
@@ -248,8 +251,8 @@ impl Values for Own {
     fn components(&self) -> Vec<Component> {
         let mut object = ObjectBuilder::new()
             .description(Some("Parameters of the method itself: those that it has; /v1/methods tells which."));
-        for parameter in all_parameters() {
-            let help = format!("Of {}. {}", of_methods(parameter.name), described(parameter));
+        for parameter in distinct_parameters() {
+            let help = format!("Of {}. {}", methods_with_parameter(parameter.name), help_with_choices(parameter));
             object = object.property(parameter.name, schema_of(parameter).description(Some(help)));
         }
         vec![(PARAMS.to_owned(), object.into())]
@@ -260,7 +263,7 @@ impl Values for Own {
     }
 }
 
-/// A spec of a method with everything else as it is by default.
+/// A spec with this method and the default of every other field.
 pub(in crate::service) fn defaults_of(method: MethodRef) -> ResolvedSpec {
     let mut defaults = ResolvedSpec::default();
     defaults.spec.method = method;
