@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 use crate::service::http::HttpState;
 use crate::service::http::extract::Id;
-use crate::service::http::openapi::FileBytes;
+use crate::service::http::file_bytes::FileBytes;
 use crate::service::http::several::Files;
 use crate::service::http::upload;
 use crate::service::store::{AssetRow, Deleted, rfc3339};

@@ -3,36 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
+use utoipa::ToSchema;
 use utoipa::openapi::path::{Operation, PathItem};
 use utoipa::openapi::{ContentBuilder, OpenApi as Document, Ref, RefOr, Response, ResponseBuilder};
-use utoipa::{OpenApi, ToSchema};
 
-use crate::service::http::router::routes;
+use crate::service::http::routes::routes;
 use crate::service::wire::{ProblemBody, ProblemKind};
-
-#[derive(OpenApi)]
-#[openapi(
-    info(
-        title = "Quadrille",
-        description = "A triangle mesh in, a parameterisation and a certified pure quad mesh out.",
-        license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
-    ),
-    servers((url = "/", description = "The server that the document comes from")),
-    components(schemas(ProblemBody)),
-    tags(
-        (name = "jobs", description = "Submit, follow, cancel, delete"),
-        (name = "results", description = "Download what a job made"),
-        (name = "assets", description = "Upload once, remesh many times"),
-        (name = "about", description = "Methods and health"),
-    )
-)]
-pub(super) struct Frame;
-
-/// The bytes of a file. Generators of clients know them by the format; their length says nothing.
-#[derive(Debug, ToSchema)]
-#[schema(value_type = String, format = Binary)]
-#[expect(dead_code, reason = "only its schema is used; files are streams")]
-pub(super) struct FileBytes(Vec<u8>);
 
 use ProblemKind::{
     AssetInUse, BodyTooLarge, ForeignHost, ForeignOrigin, FormatNotOffered, IdempotencyConflict, Internal,

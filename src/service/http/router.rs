@@ -1,40 +1,14 @@
-//! The table of all routes.
+//! The whole HTTP service: the routes of the document, the pages, and what lies around them.
 
 use axum::Router;
 use axum::http::Uri;
 use axum::middleware::from_fn_with_state;
 use axum::routing::get;
-use utoipa::OpenApi;
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
 
-use crate::service::http::openapi::{Frame, document};
-use crate::service::http::{
-    HttpState, archive, artefacts, assets, body, events, health, jobs, layers, listing, methods, pages, spec,
-};
+use crate::service::http::openapi::document;
+use crate::service::http::routes::routes;
+use crate::service::http::{HttpState, body, layers, pages};
 use crate::service::wire::{Problem, ProblemKind};
-
-/// All routes of the document.
-pub(super) fn routes() -> OpenApiRouter<HttpState> {
-    OpenApiRouter::with_openapi(Frame::openapi())
-        .routes(routes!(jobs::submit_job, listing::list_jobs, listing::delete_jobs))
-        .routes(routes!(listing::cancel_jobs))
-        .routes(routes!(jobs::get_job, jobs::delete_job))
-        .routes(routes!(jobs::cancel_job))
-        .routes(routes!(spec::job_spec))
-        .routes(routes!(events::job_events))
-        .routes(routes!(artefacts::quad_mesh))
-        .routes(routes!(artefacts::parameterisation))
-        .routes(routes!(artefacts::report))
-        .routes(routes!(artefacts::preview))
-        .routes(routes!(archive::archive))
-        .routes(routes!(assets::upload_asset))
-        .routes(routes!(assets::get_asset, assets::delete_asset))
-        .routes(routes!(methods::list_methods))
-        .routes(routes!(health::healthz))
-        .routes(routes!(health::readyz))
-        .routes(routes!(health::metrics))
-}
 
 /// The whole HTTP service.
 pub fn router(state: HttpState) -> Router {

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::service::http::HttpState;
-use crate::service::http::openapi::FileBytes;
+use crate::service::http::file_bytes::FileBytes;
 use crate::service::http::several::Files;
 use crate::service::http::spec::Text;
 use crate::service::http::upload;
