@@ -4,7 +4,7 @@ use crate::engine::certify::{
     Check, Defect, QuadReport, QuadTopology, Violation, boundary, components, curves, distance, measure_topology,
     orientation, shape,
 };
-use crate::engine::mesh::{Surface, SurfaceIndex};
+use crate::engine::mesh::{Surface, SurfaceIndex, SurfacePart};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::{Cancelled, RunContext};
 use glam::DVec3;
@@ -150,17 +150,18 @@ fn judge(
     for &(s, c) in &pairs {
         surface_parts[s].halfedges.iter().for_each(|h| far[*h as usize / 3] = limits[c]);
     }
-    if let ([_], [_]) = (surface_parts.as_slice(), quad_parts.as_slice()) {
-        let mut judged = judge_pair(ctx, surface, index, quads, topology, edge_length, diagonal)?;
-        judged.violations.splice(0..0, violations);
-        return Ok(Judged { far, ..judged });
-    }
+    // Curves begin at their lowest vertex and ties go to the lowest face: everything is judged in the numbers that it has as
+    // a part, so that a component passes in the whole if and only if it passes alone.
+    let is_own_part = |part: &SurfacePart| {
+        surface_parts.len() == 1 && part.vertices.iter().copied().eq(0..part.vertices.len() as u32)
+    };
     let of_pair = |&(s, c): &(usize, usize)| {
         let (part, own) = (&surface_parts[s], &quad_parts[c]);
         let mut judged = match measure_topology(&own.mesh) {
             Ok(topology) => {
-                let index = SurfaceIndex::new(&part.surface.mesh);
-                judge_pair(ctx, &part.surface, &index, &own.mesh, &topology, edge_length, diagonal)?
+                let built = (!is_own_part(part)).then(|| SurfaceIndex::new(&part.surface.mesh));
+                let index = built.as_ref().unwrap_or(index);
+                judge_pair(ctx, &part.surface, index, &own.mesh, &topology, edge_length, diagonal)?
             }
             Err(violations) => Judged { violations, is_corner: Vec::new(), distances: Vec::new(), far: Vec::new() },
         };

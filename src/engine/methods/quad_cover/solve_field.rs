@@ -34,6 +34,8 @@ const WORTH: f64 = 0.4;
 const FEW_FACES: usize = 10_000;
 /// Share of the guidance in the time of a field, about.
 const GUIDED: f64 = 0.07;
+/// Share of the search on the coarse mesh in the time of a field: fandisk 3.3 of 4.5 s, as on other models of 5,000 quads.
+const SEARCHED: f64 = 0.72;
 /// Crosses are looked for within this many quad edges.
 const REACH: f64 = 0.5;
 
@@ -47,11 +49,11 @@ pub(super) fn solve_field(
     options: &QuadCoverOptions,
 ) -> Result<(CrossField, BranchSearch), QuadCoverError> {
     let coarse = match options.branch_points {
-        Some(_) => coarse_start(&ctx.span(0.0, 0.55), working, frames, options)?,
+        Some(_) => coarse_start(&ctx.span(0.0, SEARCHED), working, frames, options)?,
         None => None,
     };
     let (start, mut search) = coarse.map_or((None, BranchSearch::default()), |(start, search)| (Some(start), search));
-    let fine = if start.is_some() { ctx.span(0.55, 1.0) } else { ctx.clone() };
+    let fine = if start.is_some() { ctx.span(SEARCHED, 1.0) } else { ctx.clone() };
     let (field, after) = on_mesh(&fine, working, frames, strokes, start, options)?;
     search.go_on(after);
     Ok((field, search))
