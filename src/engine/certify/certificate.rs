@@ -144,7 +144,11 @@ fn judge(
     let diagonal = surface.mesh.diagonal();
     let surface_parts = surface.parts();
     let quad_parts = components::parts(quads, topology);
-    let (pairs, violations) = components::pair(ctx, &surface.mesh, index, &surface_parts, &quad_parts, topology)?;
+    let (mut pairs, violations) = components::pair(ctx, &surface.mesh, index, &surface_parts, &quad_parts, topology)?;
+    if surface_parts.len() == 1 && quad_parts.len() == 1 {
+        // However little they fit: what else is wrong is said as well.
+        pairs = vec![(0, 0)];
+    }
     let limits = far_of_components(quads, topology, edge_length);
     let mut far = vec![f64::INFINITY; surface.mesh.n_faces()];
     for &(s, c) in &pairs {
