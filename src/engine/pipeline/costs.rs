@@ -4,10 +4,10 @@ use crate::engine::pipeline::spec::{RemeshSpec, Target};
 use crate::engine::problem::{Optimise, Problem};
 use crate::engine::run::{Plan, Stage};
 
-/// Milliseconds per thousand triangles and per thousand quads, rounded from what `cargo bench -- stages MODEL.obj …` fits
-/// and prints; optimisation, certificate and writing stand below that, which counts what they do again. The field stands
-/// above it: it varies most, twofold either way among models of 5,000 quads and more, where people wait. Only the ratios
-/// count.
+/// Milliseconds per thousand triangles and per thousand quads. `cargo bench -- stages MODEL.obj …` fits and prints them; what
+/// stands here was set by hand from the medians of 38 models of one part at 5,000 quads. Optimisation, certificate and
+/// writing stand below that, which counts what they do again; the field stands above it, since it varies most. Only the
+/// ratios count.
 const COSTS: [(Stage, f64, f64); Stage::ALL.len()] = [
     (Stage::Read, 0.4, 0.0),
     (Stage::Condition, 2.5, 5.0),

@@ -89,7 +89,7 @@ pub fn quad_cover(
     let mesh = &working.mesh;
     let Prepared { frames, field, branch_search, system } = prepare(ctx, working, options)?;
     ctx.stage(Stage::Round, |ctx| {
-        let (rounded, mut grid, _) = meet_count(&ctx.span(0.0, 0.9), working, &frames, &system, options)?;
+        let (rounded, mut grid) = meet_count(&ctx.span(0.0, 0.9), working, &frames, &system, options)?;
         let pinned = pinned(working, &field);
         let left = untangle(&ctx.span(0.9, 1.0), mesh, &frames, &mut grid, &pinned, rounded.scale)?;
         let mut measures = measure_map(mesh, &frames, &grid, rounded.scale);
@@ -155,9 +155,9 @@ fn meet_count(
     frames: &Frames,
     system: &MapSystem,
     options: &QuadCoverOptions,
-) -> Result<(RoundedIntegers, GridMap, MapMeasures), QuadCoverError> {
+) -> Result<(RoundedIntegers, GridMap), QuadCoverError> {
     let mut scale = 1.0 / options.edge_length;
-    let mut best: Option<(f64, RoundedIntegers, GridMap, MapMeasures)> = None;
+    let mut best: Option<(f64, RoundedIntegers, GridMap)> = None;
     let tries = match system.n_integers() {
         n if n > VERY_MANY_INTEGERS => 2,
         n if n > MANY_INTEGERS => 3,
@@ -194,14 +194,13 @@ fn meet_count(
         let fallen = if n > FEW_INTEGERS { rounded.fallen_together as f64 / n as f64 } else { 0.0 };
         let rank = off + FALLEN_WEIGHT * (fallen - FEW_FALLEN).max(0.0);
         if best.as_ref().is_none_or(|b| rank < b.0) {
-            best = Some((rank, rounded, grid, measures));
+            best = Some((rank, rounded, grid));
         }
         if is_met {
             break;
         }
         scale *= (wanted / measures.grid_area.max(1.0)).sqrt().clamp(0.5, 2.0);
     }
-    let (_, rounded, grid, measures) =
-        best.ok_or(QuadCoverError::Map(MapError::Fractions { n: system.n_integers() }))?;
-    Ok((rounded, grid, measures))
+    let (_, rounded, grid) = best.ok_or(QuadCoverError::Map(MapError::Fractions { n: system.n_integers() }))?;
+    Ok((rounded, grid))
 }

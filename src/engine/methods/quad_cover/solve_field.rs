@@ -34,7 +34,7 @@ const WORTH: f64 = 0.4;
 const FEW_FACES: usize = 10_000;
 /// Share of the guidance in the time of a field, about.
 const GUIDED: f64 = 0.07;
-/// Share of the search on the coarse mesh in the time of a field: fandisk 3.3 of 4.5 s, as on other models of 5,000 quads.
+/// Share of the search on the coarse mesh in the time of a field: fandisk at 5,000 quads, about 3.3 of 4.5 s.
 const SEARCHED: f64 = 0.72;
 /// Crosses are looked for within this many quad edges.
 const REACH: f64 = 0.5;

@@ -40,7 +40,7 @@ impl Working {
     }
 }
 
-/// Longest triangle edge relative to a quad edge: about seven triangles per quad. Singularities need triangles between
+/// Longest triangle edge relative to a quad edge: six to nine triangles per quad. Singularities need triangles between
 /// them, and time and memory of field and map are in proportion to the number of triangles.
 const LONGEST_EDGE: f64 = 0.75;
 /// Most triangles of a working mesh.
