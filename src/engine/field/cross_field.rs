@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use faer::c64;
+use rayon::prelude::*;
 
 use crate::engine::field::frames::Frames;
 use crate::engine::mesh::TriMesh;
@@ -67,12 +68,14 @@ pub(super) fn unit(angle: f64) -> c64 {
 
 fn indices(mesh: &TriMesh, frames: &Frames, angle: &[f64], matching: &Matching) -> Vec<i32> {
     (0..mesh.n_vertices() as u32)
+        .into_par_iter()
         .map(|v| if mesh.is_boundary_vertex(v) { 0 } else { index(mesh, frames, angle, matching, v) })
         .collect()
 }
 
 /// How far the cross of the halfedge's face turns, from the cross of the twin's face, after transport and matching;
 /// in (−π, π].
+#[inline]
 pub(super) fn residual(mesh: &TriMesh, frames: &Frames, angle: &[f64], matching: &Matching, h: usize) -> f64 {
     let Some(t) = mesh.twin(h) else { return 0.0 };
     let turn = angle[h / 3] + frames.transport(mesh, h) - angle[t / 3] + f64::from(matching.across(h)) * FRAC_PI_2;

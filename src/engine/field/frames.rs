@@ -71,16 +71,19 @@ impl Frames {
     }
 
     /// Coordinates of a vector in the frame of face `f`.
+    #[inline]
     pub fn coordinates(&self, f: usize, vector: DVec3) -> DVec2 {
         DVec2::new(vector.dot(self.x[f]), vector.dot(self.y[f]))
     }
 
     /// The vector with these coordinates in the frame of face `f`.
+    #[inline]
     pub fn vector(&self, f: usize, coordinates: DVec2) -> DVec3 {
         self.x[f] * coordinates.x + self.y[f] * coordinates.y
     }
 
     /// Halfedge `h` in the frame of its face, as long as the metric has it.
+    #[inline]
     pub fn edge(&self, mesh: &TriMesh, h: usize) -> DVec2 {
         match &self.scaled {
             Some(scaled) => scaled.edge[h],
@@ -89,6 +92,7 @@ impl Frames {
     }
 
     /// Length of halfedge `h` in the metric.
+    #[inline]
     pub fn length(&self, mesh: &TriMesh, h: usize) -> f64 {
         match &self.scaled {
             Some(scaled) => scaled.edge[h].length(),
@@ -97,6 +101,7 @@ impl Frames {
     }
 
     /// Area of face `f` in the metric.
+    #[inline]
     pub fn area(&self, mesh: &TriMesh, f: usize) -> f64 {
         match &self.scaled {
             Some(scaled) => 0.5 * scaled.edge[3 * f].perp_dot(scaled.edge[3 * f + 1]),
@@ -127,12 +132,14 @@ impl Frames {
     }
 
     /// Model units per unit of the metric at vertex `v`.
+    #[inline]
     pub fn size(&self, v: u32) -> f64 {
         self.scaled.as_ref().map_or(1.0, |scaled| scaled.size[v as usize])
     }
 
     /// The angle to add to a direction's angle when it is transported across `h` to the frame of the twin's face; 0 on
     /// the boundary.
+    #[inline]
     pub fn transport(&self, mesh: &TriMesh, h: usize) -> f64 {
         mesh.twin(h).map_or(0.0, |t| self.angle[t] + PI - self.angle[h])
     }

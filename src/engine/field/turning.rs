@@ -4,6 +4,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use rayon::prelude::*;
+
 use crate::engine::field::cross_field::{CrossField, FieldError, residual};
 use crate::engine::field::frames::Frames;
 use crate::engine::mesh::TriMesh;
@@ -70,17 +72,23 @@ impl Turning {
     /// Turns the crosses to the minimum for the field's matching; `rest` are the angles that the alignment asks for, modulo
     /// quarter turns. Residuals are taken on the branch nearest to zero: one quarter off at most.
     pub(super) fn relax(&self, mesh: &TriMesh, frames: &Frames, field: &mut CrossField, rest: &[f64]) {
-        let mut down = vec![0.0; self.unknown.len()];
-        for h in 0..mesh.n_halfedges() {
-            let Some(t) = mesh.twin(h).filter(|_| mesh.is_edge_owner(h)) else { continue };
-            let r = residual(mesh, frames, &field.angle, &field.matching, h);
-            down[h / 3] -= self.weight[h] * r;
-            down[t / 3] += self.weight[h] * r;
-        }
-        for (f, down) in down.iter_mut().enumerate() {
-            let off = field.angle[f] - rest[f];
-            *down -= self.alignment[f] * (off - FRAC_PI_2 * (off / FRAC_PI_2).round());
-        }
+        // Residuals of the two sides of an edge are opposite: each face takes its own.
+        let down: Vec<f64> = (0..self.unknown.len())
+            .into_par_iter()
+            .map(|f| {
+                let off = field.angle[f] - rest[f];
+                let aligned = self.alignment[f] * (off - FRAC_PI_2 * (off / FRAC_PI_2).round());
+                let turned = |h: usize| {
+                    let (sign, owner) = match mesh.twin(h) {
+                        None => return 0.0,
+                        Some(_) if mesh.is_edge_owner(h) => (1.0, h),
+                        Some(t) => (-1.0, t),
+                    };
+                    sign * self.weight[owner] * residual(mesh, frames, &field.angle, &field.matching, owner)
+                };
+                -(3 * f..3 * f + 3).map(turned).sum::<f64>() - aligned
+            })
+            .collect();
         for (angle, step) in field.angle.iter_mut().zip(self.solve(&down)) {
             *angle += step;
         }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// The point of a triangle nearest to `p`, as weights of its corners and as a position. Also right for triangles that
 /// are a segment or a point.
+#[inline]
 pub fn closest_on_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> ([f64; 3], DVec3) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let size = ab.length_squared().max(ac.length_squared());
@@ -62,6 +63,7 @@ fn closest_on_sides(p: DVec3, corners: [DVec3; 3]) -> ([f64; 3], DVec3) {
 }
 
 /// The point `a + t (b − a)`, 0 ≤ t ≤ 1, of a segment nearest to `p`, as t and as a position.
+#[inline]
 pub fn closest_on_segment(p: DVec3, a: DVec3, b: DVec3) -> (f64, DVec3) {
     let ab = b - a;
     let length_squared = ab.length_squared();

@@ -127,14 +127,17 @@ impl TriMesh {
         &self.faces
     }
     /// Number of vertices.
+    #[inline]
     pub fn n_vertices(&self) -> usize {
         self.positions.len()
     }
     /// Number of faces.
+    #[inline]
     pub fn n_faces(&self) -> usize {
         self.faces.len()
     }
     /// Number of halfedges, 3 per face.
+    #[inline]
     pub fn n_halfedges(&self) -> usize {
         3 * self.faces.len()
     }
@@ -143,47 +146,58 @@ impl TriMesh {
         (0..self.n_halfedges()).filter(|&h| self.is_edge_owner(h)).count()
     }
     /// Whether `h` is the halfedge that stands for its edge (the lower of the two, or the only one).
+    #[inline]
     pub fn is_edge_owner(&self, h: usize) -> bool {
         self.twin[h] == NONE || h < self.twin[h] as usize
     }
     /// Position of vertex `v`.
+    #[inline]
     pub fn position(&self, v: u32) -> DVec3 {
         self.positions[v as usize]
     }
     /// Corners of face `f`.
+    #[inline]
     pub fn face(&self, f: usize) -> [u32; 3] {
         self.faces[f]
     }
     /// Corner positions of face `f`.
+    #[inline]
     pub fn triangle(&self, f: usize) -> [DVec3; 3] {
         self.faces[f].map(|v| self.position(v))
     }
     /// First vertex of halfedge `h`.
+    #[inline]
     pub fn origin(&self, h: usize) -> u32 {
         self.faces[h / 3][h % 3]
     }
     /// Second vertex of halfedge `h`.
+    #[inline]
     pub fn target(&self, h: usize) -> u32 {
         self.faces[h / 3][(h % 3 + 1) % 3]
     }
     /// The opposite halfedge, or `None` on the boundary.
+    #[inline]
     pub fn twin(&self, h: usize) -> Option<usize> {
         let t = self.twin[h];
         (t != NONE).then_some(t as usize)
     }
     /// Whether halfedge `h` lies on the boundary.
+    #[inline]
     pub fn is_boundary(&self, h: usize) -> bool {
         self.twin[h] == NONE
     }
     /// One halfedge leaving `v`; on the boundary the first of its fan, itself a boundary halfedge.
+    #[inline]
     pub fn outgoing(&self, v: u32) -> usize {
         self.outgoing[v as usize] as usize
     }
     /// Whether `v` lies on the boundary.
+    #[inline]
     pub fn is_boundary_vertex(&self, v: u32) -> bool {
         self.is_boundary(self.outgoing(v))
     }
     /// The halfedges leaving `v`, counter-clockwise, one per face of its fan.
+    #[inline]
     pub fn fan(&self, v: u32) -> impl Iterator<Item = usize> + '_ {
         let start = self.outgoing(v);
         let mut h = Some(start);
@@ -194,15 +208,18 @@ impl TriMesh {
         })
     }
     /// Vector of twice the area of face `f`, along its normal.
+    #[inline]
     pub fn area_vector(&self, f: usize) -> DVec3 {
         let [a, b, c] = self.triangle(f);
         (b - a).cross(c - a)
     }
     /// Unit normal of face `f`; zero if the face has no area.
+    #[inline]
     pub fn normal(&self, f: usize) -> DVec3 {
         self.area_vector(f).normalize_or_zero()
     }
     /// Area of face `f`.
+    #[inline]
     pub fn area(&self, f: usize) -> f64 {
         0.5 * self.area_vector(f).length()
     }

@@ -33,6 +33,7 @@ impl Matching {
     }
 
     /// Quarter turns, 0 to 3, across halfedge `h`.
+    #[inline]
     pub fn across(&self, h: usize) -> u8 {
         self.quarters[h]
     }

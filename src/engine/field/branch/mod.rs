@@ -8,6 +8,7 @@
 //! cost one factorisation.
 
 mod curl;
+mod curl_system;
 mod moves;
 mod search;
 #[cfg(test)]

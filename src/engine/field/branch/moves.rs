@@ -169,6 +169,12 @@ impl<'a> Moves<'a> {
         })
     }
 
+    /// Whether two moves go over one edge, or over two with a vertex in common.
+    pub(super) fn share_an_end(&self, a: &Move, b: &Move) -> bool {
+        let [a, b] = [a, b].map(|m| self.curl.owner[m.edge]).map(|h| [self.mesh.origin(h), self.mesh.target(h)]);
+        a.iter().any(|v| b.contains(v))
+    }
+
     /// The best moves whose neighbourhoods do not touch.
     pub(super) fn choose(&self, moves: &[Move], batch: usize) -> Vec<Move> {
         let mesh = self.mesh;

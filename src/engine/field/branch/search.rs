@@ -85,8 +85,9 @@ const TOUCHES: usize = 3;
 const MOVING_SHARE: f64 = 0.6;
 /// Largest batch.
 const MAX_BATCH: usize = 64;
-/// Single moves that fail in a row before the search ends.
-const MAX_FAILURES: usize = 3;
+/// Single moves that fail in a row before the search ends. With 3, 4, 6 the map of ujoint at 5,000 quads has 0.0080,
+/// 0.0074, 0.0069 of curl after 52, 58, 84 factorisations, that of kitten .0058, .0058, .0057 after 50, 52, 86.
+const MAX_FAILURES: usize = 4;
 /// Most edges that a branch point is carried in one batch.
 const MAX_STRIDE: usize = 6;
 /// A phase ends when this many batches kept together have lowered the cost by less than [`MIN_PROGRESS`] of it.
@@ -108,7 +109,7 @@ pub(in crate::engine::field) fn search_branch_points(
     let mesh = around.mesh;
     let is_full = effort == Effort::Full;
     let limit = (WORK / mesh.n_faces().max(1)).min(if is_full { MAX_EVALUATIONS } else { TOUCHES });
-    let curl = Curl::new(mesh, around.frames);
+    let curl = Curl::new(mesh, around.frames, around.is_feature);
     if limit < 2 || curl.owner.is_empty() {
         return Ok(BranchSearch::default());
     }
@@ -171,8 +172,11 @@ impl Search<'_> {
         // The first phase counts the evaluation of the field that it starts from.
         let first = usize::from(begun == 1);
         let mut history = vec![moves.cost(self.field, self.energy.value)];
-        let mut derivative = curl.derivative(mesh, frames, self.field, &self.energy, turning);
+        let mut derivative = curl.derivative(mesh, &self.energy, turning);
         let mut proposed = moves.propose(self.field, &derivative);
+        // Beside bound edges the derivative promises what crosses that are held there do not let happen: what failed alone
+        // is not tried again, or it would stand first in every batch.
+        let mut failed: Vec<usize> = Vec::new();
         while self.done.evaluations < self.limit && failures < MAX_FAILURES {
             self.ctx.check()?;
             // It mostly ends long before the limit.
@@ -198,8 +202,9 @@ impl Search<'_> {
                 failures = 0;
                 batch = (2 * batch).min(MAX_BATCH);
                 stride = if cost - last < 0.4 * predicted { (stride + 1).min(MAX_STRIDE) } else { stride };
-                derivative = curl.derivative(mesh, frames, self.field, &self.energy, turning);
+                derivative = curl.derivative(mesh, &self.energy, turning);
                 proposed = moves.propose(self.field, &derivative);
+                proposed.retain(|m| !failed.contains(&m.edge));
             } else {
                 if stride > 1 {
                     stride /= 2;
@@ -207,7 +212,8 @@ impl Search<'_> {
                     batch = (chosen.len() / 3).max(1);
                 } else {
                     failures += 1;
-                    proposed.retain(|m| m.edge != chosen[0].edge);
+                    failed.push(chosen[0].edge);
+                    proposed.retain(|m| !moves.share_an_end(m, &chosen[0]));
                 }
             }
             let now = history[history.len() - 1];

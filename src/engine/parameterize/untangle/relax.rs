@@ -95,27 +95,45 @@ pub(super) fn relax_region(
     Ok(())
 }
 
-/// Energy of the fan if the vertex moved by `delta` (in the first corner's chart).
-fn fan_energy(map: &GridMap, targets: &[Target], corners_of: &[Corner], delta: DVec2, epsilon: f64) -> f64 {
-    corners_of
-        .iter()
-        .map(|&(h, quarters)| {
-            let f = h / 3;
-            let mut uv = corners(map, f);
-            uv[h % 3] += rotate(delta, quarters);
-            let j = jacobian(&uv, &targets[f]);
-            let d = j.determinant();
-            let chi = 0.5 * (d + (epsilon * epsilon + d * d).sqrt());
-            let norm = j.x_axis.length_squared() + j.y_axis.length_squared();
-            targets[f].area * (norm + AREA_WEIGHT * (d * d + 1.0)) / chi.max(1e-300)
-        })
-        .sum()
+/// A triangle of a fan as a function of where the vertex is: its gradient is affine in the vertex's move.
+struct FanTriangle {
+    /// The gradient as it is, turned into the chart of the first corner: the energy does not see rotations.
+    gradient: DMat2,
+    /// The gradient changes by the move times this row.
+    row: DVec2,
+    area: f64,
+}
+
+impl FanTriangle {
+    fn new(map: &GridMap, targets: &[Target], (h, quarters): Corner) -> Self {
+        let (target, uv) = (&targets[h / 3], corners(map, h / 3));
+        let to_first = |z: DVec2| rotate(z, (4 - quarters) & 3);
+        let edges = DMat2::from_cols(to_first(uv[1] - uv[0]), to_first(uv[2] - uv[0]));
+        let rows = target.inverse.transpose();
+        let row = match h % 3 {
+            0 => -(rows.x_axis + rows.y_axis),
+            1 => rows.x_axis,
+            _ => rows.y_axis,
+        };
+        Self { gradient: edges * target.inverse, row, area: target.area }
+    }
+
+    /// Its energy if the vertex moved by `delta`.
+    #[inline]
+    fn energy(&self, delta: DVec2, epsilon_squared: f64) -> f64 {
+        let x = self.gradient.x_axis + delta * self.row.x;
+        let y = self.gradient.y_axis + delta * self.row.y;
+        let d = x.perp_dot(y);
+        let chi = 0.5 * (d + (epsilon_squared + d * d).sqrt());
+        self.area * (x.length_squared() + y.length_squared() + AREA_WEIGHT * (d * d + 1.0)) / chi.max(1e-300)
+    }
 }
 
 /// One damped Newton step with derivatives by central differences, halved until the energy falls.
 fn move_vertex(map: &mut GridMap, targets: &[Target], freedom: Freedom, corners_of: &[Corner], epsilon: f64) {
     let size = corners_of.iter().map(|&(h, _)| (map.uv[next(h)] - map.uv[h]).length()).fold(0.0, f64::max).max(1e-6);
-    let energy = |delta: DVec2| fan_energy(map, targets, corners_of, delta, epsilon);
+    let fan: Vec<FanTriangle> = corners_of.iter().map(|&corner| FanTriangle::new(map, targets, corner)).collect();
+    let energy = |delta: DVec2| fan.iter().map(|triangle| triangle.energy(delta, epsilon * epsilon)).sum::<f64>();
     let e0 = energy(DVec2::ZERO);
     let t = 1e-4 * size;
     let directions: &[DVec2] = match freedom {
