@@ -11,21 +11,16 @@ use faer::c64;
 use rayon::prelude::*;
 
 use crate::engine::field::branch::curl_system::{Factor, System};
+use crate::engine::field::branch::sides::{Sides, slot};
 use crate::engine::field::cross_field::{CrossField, FieldError, unit};
 use crate::engine::field::frames::Frames;
 use crate::engine::field::turning::Turning;
-use crate::engine::mesh::NONE;
 use crate::engine::mesh::TriMesh;
 
 /// What no matching changes.
 #[derive(Clone, Debug)]
 pub(super) struct Curl {
-    /// Interior edge per halfedge, [`NONE`] at the boundary.
-    pub(super) edge: Vec<u32>,
-    /// The halfedge that owns each interior edge.
-    pub(super) owner: Vec<usize>,
-    /// `e_i · e_j / A` per face, for the pairs of sides of [`SIDES`].
-    pub(super) stiffness: Vec<[f64; 6]>,
+    pub(super) sides: Sides,
     /// Length per halfedge.
     length: Vec<f64>,
     /// `‖X‖²`: twice the area.
@@ -55,52 +50,24 @@ fn power(quarters: u8) -> c64 {
     }
 }
 
-/// The pairs of sides of a face in the order of their stiffness.
-pub(super) const SIDES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
-
-/// Slot of the stiffness of two sides of a face.
-pub(super) fn slot(i: usize, j: usize) -> usize {
-    const SLOTS: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
-    SLOTS[i][j]
-}
-
 impl Curl {
     /// `is_bound`: per halfedge, whether a grid line is bound to its edge.
     pub(super) fn new(mesh: &TriMesh, frames: &Frames, is_bound: &[bool]) -> Self {
-        let mut edge = vec![NONE; mesh.n_halfedges()];
-        let mut owner = Vec::with_capacity(mesh.n_edges());
-        for h in 0..mesh.n_halfedges() {
-            if let Some(t) = mesh.twin(h).filter(|_| mesh.is_edge_owner(h)) {
-                (edge[h], edge[t]) = (owner.len() as u32, owner.len() as u32);
-                owner.push(h);
-            }
-        }
         let length = (0..mesh.n_halfedges()).map(|h| frames.length(mesh, h)).collect();
         let norm = 2.0 * frames.total_area(mesh);
-        let least = 1e-9 * norm / mesh.n_faces().max(1) as f64;
-        let stiffness = (0..mesh.n_faces())
-            .map(|f| {
-                let area = frames.area(mesh, f).max(least);
-                frames.side_products(mesh, f).map(|product| product / area)
-            })
-            .collect();
-        let system = System::new(mesh, &edge, owner.len(), is_bound);
-        Self { edge, owner, stiffness, length, norm, system }
+        let sides = Sides::new(mesh, frames, 1e-9 * norm / mesh.n_faces().max(1) as f64);
+        let system = System::new(mesh, &sides, is_bound);
+        Self { sides, length, norm, system }
     }
 
     /// The interior edge of a halfedge.
     pub(super) fn edge_of(&self, h: usize) -> usize {
-        self.edge[h] as usize
+        self.sides.edge[h] as usize
     }
 
     /// `i^m` across the owner of every interior edge.
     pub(super) fn turns(&self, field: &CrossField) -> Vec<c64> {
-        self.owner.iter().map(|&h| power(field.matching.across(h))).collect()
-    }
-
-    /// Factor of a value in the chart of the owner of an interior edge, as seen in the chart of halfedge `h`.
-    pub(super) fn side(&self, mesh: &TriMesh, turns: &[c64], h: usize) -> c64 {
-        if mesh.is_edge_owner(h) { power(0) } else { turns[self.edge[h] as usize].conj() }
+        self.sides.owner.iter().map(|&h| power(field.matching.across(h))).collect()
     }
 
     /// Solves for the energy. `last` lends its pattern.
@@ -130,7 +97,7 @@ impl Curl {
             .into_par_iter()
             .map(|h| unit(frames.angle[h] - field.angle[h / 3]) * self.length[h])
             .collect();
-        let (psi, factor) = self.system.solve(mesh, self, turns, &along, last)?;
+        let (psi, factor) = self.system.solve(mesh, &self.sides, turns, &along, last)?;
         let value = psi.iter().zip(&along).map(|(p, a)| (p.conj() * *a).re).sum::<f64>() / self.norm;
         Ok(CurlEnergy { value, psi, along, factor })
     }
@@ -147,18 +114,18 @@ impl Curl {
             (0..mesh.n_faces()).into_par_iter().map(|f| (3 * f..3 * f + 3).map(by_cross).sum()).collect();
         let adjoint = turning.solve(&by_angle);
         let total = |e: usize| {
-            let h = self.owner[e];
+            let h = self.sides.owner[e];
             let Some(t) = mesh.twin(h).filter(|_| !self.system.is_bound(h)) else { return 0.0 };
             // ψ on the side of t turns with the matching, and with it what L gives there.
             let (f, k) = (t / 3, t % 3);
             let product =
-                (0..3).fold(c64::new(0.0, 0.0), |sum, j| sum + psi[3 * f + j] * self.stiffness[f][slot(k, j)]);
+                (0..3).fold(c64::new(0.0, 0.0), |sum, j| sum + psi[3 * f + j] * self.sides.stiffness[f][slot(k, j)]);
             let change = i * psi[t] * -FRAC_PI_2;
             let explicit = by_cross(t) * -FRAC_PI_2 - 2.0 * (change.conj() * product).re;
             let followed = turning.weight(h) * FRAC_PI_2 * (adjoint[t / 3] - adjoint[h / 3]);
             (explicit + followed) / self.norm
         };
-        (0..self.owner.len()).into_par_iter().map(total).collect()
+        (0..self.sides.owner.len()).into_par_iter().map(total).collect()
     }
 }
 

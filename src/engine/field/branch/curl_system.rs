@@ -7,7 +7,7 @@
 use faer::c64;
 use rayon::prelude::*;
 
-use crate::engine::field::branch::curl::{Curl, SIDES, slot};
+use crate::engine::field::branch::sides::{PAIRS, Sides, slot};
 use crate::engine::field::cross_field::FieldError;
 use crate::engine::mesh::NONE;
 use crate::engine::mesh::TriMesh;
@@ -45,11 +45,15 @@ pub(super) struct BoundSystem {
 }
 
 /// Pairs of the six unknowns of a face, each once.
-const PAIRS: usize = 21;
+const ENTRIES: usize = 21;
 
 impl System {
-    pub(super) fn new(mesh: &TriMesh, edge: &[u32], n_edges: usize, is_bound: &[bool]) -> Self {
-        if is_bound.contains(&true) { Self::Bound(BoundSystem::new(mesh, is_bound)) } else { free(edge, n_edges) }
+    pub(super) fn new(mesh: &TriMesh, sides: &Sides, is_bound: &[bool]) -> Self {
+        if is_bound.contains(&true) {
+            Self::Bound(BoundSystem::new(mesh, is_bound))
+        } else {
+            free(&sides.edge, sides.owner.len())
+        }
     }
 
     /// Whether a grid line is bound to the edge of halfedge `h`.
@@ -62,41 +66,41 @@ impl System {
     pub(super) fn solve(
         &self,
         mesh: &TriMesh,
-        curl: &Curl,
+        sides: &Sides,
         turns: &[c64],
         along: &[c64],
         last: Option<&Factor>,
     ) -> Result<(Vec<c64>, Factor), FieldError> {
         match self {
             Self::Free(pattern) => {
-                let n = curl.owner.len();
+                let n = sides.owner.len();
                 let of_faces: Vec<[c64; 6]> =
-                    (0..mesh.n_faces()).into_par_iter().map(|f| on_sheets(mesh, curl, turns, f)).collect();
-                let matrix = pattern.matrix(of_faces.into_iter().flatten().chain(pinned(curl, n)));
+                    (0..mesh.n_faces()).into_par_iter().map(|f| on_sheets(mesh, sides, turns, f)).collect();
+                let matrix = pattern.matrix(of_faces.into_iter().flatten().chain(pinned(sides, n)));
                 let factor = match last {
                     Some(Factor::Free(last)) => last.refactor(&matrix)?,
                     _ => Cholesky::new(&matrix)?,
                 };
                 let jump =
                     |(&h, &turn): (&usize, &c64)| along[h] + mesh.twin(h).map_or(0.0.into(), |t| turn * along[t]);
-                let mut x: Vec<c64> = curl.owner.iter().zip(turns).map(jump).collect();
+                let mut x: Vec<c64> = sides.owner.iter().zip(turns).map(jump).collect();
                 factor.solve(&mut x);
-                let at = |h: usize| match curl.edge[h] {
+                let at = |h: usize| match sides.edge[h] {
                     NONE => 0.0.into(),
-                    e => curl.side(mesh, turns, h) * x[e as usize],
+                    e => sides.seen_from(mesh, turns, h) * x[e as usize],
                 };
                 Ok(((0..mesh.n_halfedges()).map(at).collect(), Factor::Free(factor)))
             }
             Self::Bound(system) => {
                 let basis: Vec<[c64; 2]> = (0..mesh.n_halfedges())
                     .into_par_iter()
-                    .map(|h| system.basis(mesh, curl, turns, along, h))
+                    .map(|h| system.basis(mesh, sides, turns, along, h))
                     .collect();
-                let of_faces: Vec<[f64; PAIRS]> = (0..mesh.n_faces())
+                let of_faces: Vec<[f64; ENTRIES]> = (0..mesh.n_faces())
                     .into_par_iter()
-                    .map(|f| system.of_face(&curl.stiffness[f], &basis, f))
+                    .map(|f| system.of_face(&sides.stiffness[f], &basis, f))
                     .collect();
-                let matrix = system.pattern.matrix(of_faces.into_iter().flatten().chain(pinned(curl, system.n)));
+                let matrix = system.pattern.matrix(of_faces.into_iter().flatten().chain(pinned(sides, system.n)));
                 let factor = match last {
                     Some(Factor::Bound(last)) => last.refactor(&matrix)?,
                     _ => Cholesky::new(&matrix)?,
@@ -120,8 +124,8 @@ impl System {
 }
 
 /// What is added to the diagonal for each of `n` unknowns.
-fn pinned<T: Scalar>(curl: &Curl, n: usize) -> impl Iterator<Item = T> {
-    let mean = curl.stiffness.iter().map(|s| s[0] + s[1] + s[2]).sum::<f64>() / n.max(1) as f64;
+fn pinned<T: Scalar>(sides: &Sides, n: usize) -> impl Iterator<Item = T> {
+    let mean = sides.stiffness.iter().map(|s| s[0] + s[1] + s[2]).sum::<f64>() / n.max(1) as f64;
     std::iter::repeat_n(T::from_real(PIN * mean), n)
 }
 
@@ -132,7 +136,7 @@ fn free(edge: &[u32], n: usize) -> System {
         return System::Free(Pattern::new(0, std::iter::empty()));
     }
     let of_face = |f: &[u32]| {
-        SIDES.map(|(i, j)| match (f[i], f[j]) {
+        PAIRS.map(|(i, j)| match (f[i], f[j]) {
             (NONE, NONE) => (0, 0),
             (NONE, e) | (e, NONE) => (e, e),
             (a, b) => (a.max(b), a.min(b)),
@@ -144,14 +148,14 @@ fn free(edge: &[u32], n: usize) -> System {
 }
 
 /// The complex entries of a face in the order of the pattern: of each pair of sides the one below the diagonal.
-fn on_sheets(mesh: &TriMesh, curl: &Curl, turns: &[c64], f: usize) -> [c64; 6] {
-    let side = [0, 1, 2].map(|k| match curl.edge[3 * f + k] {
+fn on_sheets(mesh: &TriMesh, sides: &Sides, turns: &[c64], f: usize) -> [c64; 6] {
+    let side = [0, 1, 2].map(|k| match sides.edge[3 * f + k] {
         NONE => 0.0.into(),
-        _ => curl.side(mesh, turns, 3 * f + k),
+        _ => sides.seen_from(mesh, turns, 3 * f + k),
     });
-    let mut entries = curl.stiffness[f].map(c64::from);
-    for (entry, (i, j)) in entries.iter_mut().zip(SIDES) {
-        let (a, b) = (curl.edge[3 * f + i], curl.edge[3 * f + j]);
+    let mut entries = sides.stiffness[f].map(c64::from);
+    for (entry, (i, j)) in entries.iter_mut().zip(PAIRS) {
+        let (a, b) = (sides.edge[3 * f + i], sides.edge[3 * f + j]);
         *entry *= match a == b && i != j {
             true => 0.0.into(),
             false if a >= b => side[i].conj() * side[j],
@@ -198,21 +202,21 @@ impl BoundSystem {
 
     /// What the two unknowns of a halfedge stand for in the chart of its face. The constant coordinate of a bound edge is
     /// the one that the field changes less along it, as its owner sees it.
-    fn basis(&self, mesh: &TriMesh, curl: &Curl, turns: &[c64], along: &[c64], h: usize) -> [c64; 2] {
+    fn basis(&self, mesh: &TriMesh, sides: &Sides, turns: &[c64], along: &[c64], h: usize) -> [c64; 2] {
         let (one, i) = (c64::new(1.0, 0.0), c64::new(0.0, 1.0));
         let pair = match mesh.twin(h).filter(|_| !mesh.is_edge_owner(h)).unwrap_or(h) {
             owner if self.is_bound[owner] && along[owner].re.abs() >= along[owner].im.abs() => [i, one],
             _ => [one, i],
         };
-        match curl.edge[h] {
+        match sides.edge[h] {
             NONE => pair,
-            _ => pair.map(|direction| curl.side(mesh, turns, h) * direction),
+            _ => pair.map(|direction| sides.seen_from(mesh, turns, h) * direction),
         }
     }
 
     /// The entries of a face in the order of the pattern.
-    fn of_face(&self, stiffness: &[f64; 6], basis: &[[c64; 2]], f: usize) -> [f64; PAIRS] {
-        let mut entries = [0.0; PAIRS];
+    fn of_face(&self, stiffness: &[f64; 6], basis: &[[c64; 2]], f: usize) -> [f64; ENTRIES] {
+        let mut entries = [0.0; ENTRIES];
         for (entry, (p, q)) in entries.iter_mut().zip(pairs()) {
             let of = |p: usize| (self.unknowns[3 * f + p / 2][p % 2], basis[3 * f + p / 2][p % 2]);
             let ((u, x), (w, y)) = (of(p), of(q));

@@ -11,6 +11,7 @@ mod curl;
 mod curl_system;
 mod moves;
 mod search;
+mod sides;
 #[cfg(test)]
 mod tests;
 

@@ -65,7 +65,7 @@ impl<'a> Moves<'a> {
     /// Turns the matchings of a move and of the edges after it; returns the predicted change.
     pub(super) fn carry(&self, field: &mut CrossField, m: &Move, derivative: &[f64], stride: usize) -> f64 {
         let mesh = self.mesh;
-        let h = self.curl.owner[m.edge];
+        let h = self.curl.sides.owner[m.edge];
         let before = [mesh.origin(h), mesh.target(h)].map(|v| field.quarter_index[v as usize]);
         self.turn(field, h, m.quarters);
         let (from, to) = (mesh.origin(h), mesh.target(h));
@@ -130,7 +130,7 @@ impl<'a> Moves<'a> {
         let mesh = self.mesh;
         let points: Vec<u32> = field.singularities().iter().map(|s| s.vertex).collect();
         let mut moves: Vec<Move> = Vec::new();
-        for (edge, (&h, &d)) in self.curl.owner.iter().zip(derivative).enumerate() {
+        for (edge, (&h, &d)) in self.curl.sides.owner.iter().zip(derivative).enumerate() {
             let (a, b) = (mesh.origin(h), mesh.target(h));
             if self.blocked[a as usize] || self.blocked[b as usize] {
                 continue;
@@ -171,7 +171,7 @@ impl<'a> Moves<'a> {
 
     /// Whether two moves go over one edge, or over two with a vertex in common.
     pub(super) fn share_an_end(&self, a: &Move, b: &Move) -> bool {
-        let [a, b] = [a, b].map(|m| self.curl.owner[m.edge]).map(|h| [self.mesh.origin(h), self.mesh.target(h)]);
+        let [a, b] = [a, b].map(|m| self.curl.sides.owner[m.edge]).map(|h| [self.mesh.origin(h), self.mesh.target(h)]);
         a.iter().any(|v| b.contains(v))
     }
 
@@ -184,7 +184,7 @@ impl<'a> Moves<'a> {
             if chosen.len() == batch {
                 break;
             }
-            let h = self.curl.owner[m.edge];
+            let h = self.curl.sides.owner[m.edge];
             let ends = [mesh.origin(h), mesh.target(h)];
             if ends.iter().any(|&v| taken[v as usize]) {
                 continue;

@@ -110,7 +110,7 @@ pub(in crate::engine::field) fn search_branch_points(
     let is_full = effort == Effort::Full;
     let limit = (WORK / mesh.n_faces().max(1)).min(if is_full { MAX_EVALUATIONS } else { TOUCHES });
     let curl = Curl::new(mesh, around.frames, around.is_feature);
-    if limit < 2 || curl.owner.is_empty() {
+    if limit < 2 || curl.sides.owner.is_empty() {
         return Ok(BranchSearch::default());
     }
     let rest = field.angle.clone();

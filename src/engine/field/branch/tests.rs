@@ -41,7 +41,7 @@ fn the_derivative_finds_the_better_turn() {
     for &e in &order[..20] {
         let change = [1u8, 3].map(|k| {
             let mut turned = field.clone();
-            turned.matching.turn(mesh, curl.owner[e], k);
+            turned.matching.turn(mesh, curl.sides.owner[e], k);
             turning.relax(mesh, &frames, &mut turned, &rest);
             at(&turned).value - energy.value
         });
@@ -79,13 +79,13 @@ fn difference_quotient(name: &str) {
     let turns = curl.turns(&field);
     // Crosses depend linearly on a matching as long as no residual passes half a turn.
     let turns_little = |&e: &usize| {
-        let h = curl.owner[e];
+        let h = curl.sides.owner[e];
         !flags[h] && residual(mesh, &frames, &field.angle, &field.matching, h).abs() < 1.5
     };
     for e in (0..derivative.len()).filter(turns_little).step_by(37) {
         // The crosses depend linearly on the matching: a part of a quarter turns them by a part of what a quarter does.
         let mut turned = field.clone();
-        turned.matching.turn(mesh, curl.owner[e], 1);
+        turned.matching.turn(mesh, curl.sides.owner[e], 1);
         turning.relax(mesh, &frames, &mut turned, &rest);
         let at = |quarters: f64| {
             let mut between = field.clone();
