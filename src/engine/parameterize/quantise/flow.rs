@@ -19,15 +19,15 @@ use crate::engine::run::{Cancelled, RunContext};
 
 /// An integer variable: an edge of the graph.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Variable {
+pub struct Variable {
     /// The nodes (balance equations) in which it occurs, each with its coefficient ±1; a node may occur twice.
-    pub(super) ends: [Option<(u32, i64)>; 2],
+    pub ends: [Option<(u32, i64)>; 2],
     /// What it is to be near to.
-    pub(super) target: f64,
+    pub target: f64,
     /// Cost of the square of its deviation.
-    pub(super) weight: f64,
+    pub weight: f64,
     /// Lower bound of its value.
-    pub(super) least: i64,
+    pub least: i64,
 }
 
 impl Variable {
@@ -54,7 +54,7 @@ struct Arc {
 
 /// The problem as a graph: the variables, and for each state the arcs out of it.
 #[derive(Debug)]
-pub(super) struct Flow {
+pub struct Flow {
     variables: Vec<Variable>,
     /// Offsets: the arcs out of state `s` are `first[s]..first[s + 1]`. State 2 n: node n needs a positive change; 2 n + 1: a
     /// negative one. The last state stands for the free end of edges that have only one node.
@@ -70,7 +70,8 @@ const MAX_ROUNDS: usize = 2_000;
 const SHARE_OF_ROUND: f64 = 0.03;
 
 impl Flow {
-    pub(super) fn new(n_sums: usize, variables: Vec<Variable>) -> Self {
+    /// The graph of `n_sums` balance equations, numbered from 0, and these variables.
+    pub fn new(n_sums: usize, variables: Vec<Variable>) -> Self {
         let outside = 2 * n_sums as u32;
         let mut found: Vec<(u32, Arc)> = Vec::with_capacity(4 * variables.len());
         let state = |sum: u32, change: i64| 2 * sum + u32::from(change < 0);
@@ -117,7 +118,10 @@ impl Flow {
 
     /// Values that satisfy all balance equations, found from `start`; `None` if there are none within the bounds. Every
     /// unit of imbalance costs at least one local search for a walk, every improvement some passes over all arcs.
-    pub(super) fn solve(&self, ctx: &RunContext, start: &[i64]) -> Result<Option<Vec<i64>>, Cancelled> {
+    ///
+    /// # Errors
+    /// [`Cancelled`] if the run was stopped.
+    pub fn solve(&self, ctx: &RunContext, start: &[i64]) -> Result<Option<Vec<i64>>, Cancelled> {
         let mut x: Vec<i64> = self.variables.iter().zip(start).map(|(variable, &x)| x.max(variable.least)).collect();
         if !self.balance(&ctx.span(0.0, 0.5), &mut x)? {
             return Ok(None);

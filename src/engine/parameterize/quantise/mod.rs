@@ -14,11 +14,12 @@ mod recover;
 #[cfg(test)]
 mod tests;
 
+pub use flow::{Flow, Variable};
+
 use crate::engine::mesh::{NONE, next, prev};
 use crate::engine::parameterize::grid_map::{Iso, rotate};
 use crate::engine::parameterize::quantise::complex::{Complex, named};
 use crate::engine::parameterize::quantise::decimate::decimate;
-use crate::engine::parameterize::quantise::flow::{Flow, Variable};
 use crate::engine::parameterize::quantise::recover::recover;
 use crate::engine::parameterize::separation::{Elements, SHORTEST};
 use crate::engine::run::{Cancelled, RunContext};

@@ -20,7 +20,7 @@ use crate::service::wire::spec::field::{Component, Field, Flag, FlagText, Kind, 
 const SCHEMA: &str = "MethodName";
 const PARAMS: &str = "ParamsBody";
 /// Names reserved for methods of later versions; they are refused with a message that says so.
-const RESERVED_NAMES: &[&str] = &["harmonic", "holomorphic", "layout"];
+const RESERVED_NAMES: &[&str] = &["holomorphic", "layout"];
 
 /// A method by name, as in a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

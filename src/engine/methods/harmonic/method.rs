@@ -1,0 +1,98 @@
+//! Discrete harmonic forms behind the door of all methods.
+
+use crate::engine::field::{BranchSearch, Frames};
+use crate::engine::methods::harmonic::error::HarmonicError;
+use crate::engine::methods::harmonic::solve::{BoundaryValues, harmonic_map};
+use crate::engine::methods::harmonic::source::{Sourced, from_map};
+use crate::engine::methods::harmonic::working::Working;
+use crate::engine::methods::{
+    BoundaryLines, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range, Value,
+};
+use crate::engine::parameterize::{measure_map, untangle};
+use crate::engine::problem::Problem;
+use crate::engine::run::{RunContext, Stage};
+
+const NATURAL: &str = "natural";
+const BOUNDARY: Parameter = Parameter {
+    name: "boundary_values",
+    help: "What the map does along the boundary, which lies on coordinate lines.",
+    range: Range::Choice(&[
+        (NATURAL, "Vertices move along the line as the harmonic map has them."),
+        ("linear", "Values between the corners of meta-faces by length along the boundary."),
+    ]),
+};
+
+/// Discrete harmonic forms on a singularity graph `[tong_2006]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Harmonic;
+
+impl Method for Harmonic {
+    fn name(&self) -> &'static str {
+        "harmonic"
+    }
+
+    fn summary(&self) -> &'static str {
+        "Two harmonic functions that are continuous up to quarter turns across a singularity graph, whose integer contours \
+         are the quads."
+    }
+
+    fn cannot(&self) -> &'static [&'static str] {
+        &[
+            "a map on the triangles of the input (working_mesh): the graph is cut into them",
+            "a free boundary (boundary)",
+        ]
+    }
+
+    fn parameters(&self) -> &'static [Parameter] {
+        &[BOUNDARY]
+    }
+
+    fn level(&self) -> Level {
+        Level::L0
+    }
+
+    fn stages(&self) -> &'static [Stage] {
+        &[Stage::Refine, Stage::Field, Stage::Map, Stage::Round, Stage::Extract]
+    }
+
+    fn propose(&self, ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Result<Product, MethodError> {
+        let map = propose(ctx, problem, parameters).map_err(|error| match error {
+            HarmonicError::Cancelled(stop) => MethodError::Cancelled(stop),
+            other => MethodError::Nothing { cause: other.to_string(), map: None },
+        })?;
+        Ok(Product::Map(Box::new(map)))
+    }
+}
+
+fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Result<MapProduct, HarmonicError> {
+    let working = ctx.stage(Stage::Refine, |ctx| Working::new(ctx, problem))?;
+    let Sourced { surface, charts, graph, is_held, singularities, scale } = from_map(ctx, &working, problem)?;
+    let boundary = match parameters.get(&BOUNDARY) {
+        Value::Choice(NATURAL) => BoundaryValues::Natural,
+        _ => BoundaryValues::Linear,
+    };
+    graph.check_turning()?;
+    let mesh = &surface.mesh;
+    let frames = Frames::new(mesh);
+    let mut grid = harmonic_map(mesh, &frames, &graph, &is_held, &charts.iso, boundary)?;
+    ctx.check()?;
+    let before = measure_map(mesh, &frames, &grid, scale);
+    let left = untangle(ctx, mesh, &frames, &mut grid, &is_held, scale)?;
+    let mut measures = measure_map(mesh, &frames, &grid, scale);
+    measures.flipped = measures.flipped.max(left);
+    tracing::debug!(flipped_before = before.flipped, flipped = measures.flipped, "harmonic map");
+    Ok(MapProduct {
+        surface,
+        corner_of: working.corner_of,
+        grid,
+        boundary: BoundaryLines::OnGrid,
+        scale,
+        singularities,
+        n_integers: graph.edges.len(),
+        measures,
+        branch_search: BranchSearch::default(),
+        curl_energy: 0.0,
+        rounding_energy: 0.0,
+        search_left_out: None,
+    })
+}

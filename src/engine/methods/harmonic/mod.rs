@@ -1,0 +1,16 @@
+//! Discrete harmonic forms on a singularity graph `[tong_2006]`: a graph of meta-vertices and meta-edges cuts the surface into
+//! discs, tags say how its edges run in the plane, integers how long they are, and two harmonic functions, continuous
+//! across the graph up to quarter turns and integers, are the map.
+
+mod continuity;
+mod cut_mesh;
+mod error;
+mod graph;
+mod method;
+mod regions;
+mod separatrices;
+mod solve;
+mod source;
+mod working;
+
+pub use method::Harmonic;

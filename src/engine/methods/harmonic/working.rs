@@ -1,0 +1,86 @@
+//! The triangles that the harmonic forms live on, and the smooth field on them.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::engine::field::{CrossField, FieldOptions, Frames, curvature_guidance, smooth_cross_field, stroke_guidance};
+use crate::engine::mesh::{LogSize, Surface, straightened, working_mesh};
+use crate::engine::methods::harmonic::error::HarmonicError;
+use crate::engine::problem::{Align, Boundary, Problem};
+use crate::engine::run::{Cancelled, RunContext};
+
+/// Longest triangle edge relative to a quad edge, as for other maps: six to nine triangles per quad.
+const LONGEST_EDGE: f64 = 0.75;
+/// Most triangles of a working mesh: every meta-edge splits those that it crosses, and the modified Laplacian of 300,000
+/// triangles takes seconds to factor.
+const MAX_FACES: usize = 300_000;
+/// Radius over which curvature is averaged, in quad edges: noise below the size of the quads gives no singularities.
+const AVERAGED: f64 = 0.7;
+
+/// A surface with triangles that are small against the quads, and its field.
+#[derive(Clone, Debug)]
+pub(super) struct Working {
+    pub(super) surface: Surface,
+    /// Per corner of the features the vertex of the problem's surface at the same place.
+    pub(super) corner_of: BTreeMap<u32, u32>,
+    /// Per vertex the logarithm of the size of quads; empty if all are to be alike.
+    pub(super) log_size: Vec<f64>,
+    pub(super) frames: Frames,
+}
+
+impl Working {
+    pub(super) fn new(ctx: &RunContext, problem: &Problem) -> Result<Self, Cancelled> {
+        let size = |p: DVec3| problem.log_size_at(p);
+        let surface = problem.surface.in_canonical_order();
+        let surface = straightened(ctx, &surface, &problem.index, problem.edge_length)?.unwrap_or(surface);
+        let log_size: Option<LogSize<'_>> = if problem.is_even() { None } else { Some(&size) };
+        let surface = working_mesh(ctx, &surface, LONGEST_EDGE * problem.edge_length, log_size, MAX_FACES)?;
+        let log_size: Vec<f64> = match problem.is_even() {
+            true => Vec::new(),
+            false => surface.mesh.positions().par_iter().map(|&p| size(p)).collect(),
+        };
+        let corner_of = corner_map(&surface, &problem.surface);
+        let frames = match log_size.is_empty() {
+            true => Frames::new(&surface.mesh),
+            false => Frames::scaled(&surface.mesh, &log_size),
+        };
+        Ok(Self { surface, corner_of, log_size, frames })
+    }
+
+    /// Per halfedge, whether field and map follow it: features, and the boundary unless it is to be free.
+    pub(super) fn followed(&self, problem: &Problem) -> Vec<bool> {
+        let mesh = &self.surface.mesh;
+        let mut flags = self.surface.features.halfedge_flags(mesh);
+        if problem.wishes.boundary == Boundary::Free {
+            flags.iter_mut().enumerate().for_each(|(h, flag)| *flag &= !mesh.is_boundary(h));
+        }
+        flags
+    }
+
+    /// The smooth field.
+    pub(super) fn field(&self, ctx: &RunContext, problem: &Problem) -> Result<CrossField, HarmonicError> {
+        let (mesh, frames) = (&self.surface.mesh, &self.frames);
+        let flags = self.followed(problem);
+        let is_guided = problem.wishes.align == Align::Curvature;
+        let guidance = is_guided.then(|| curvature_guidance(mesh, frames, &flags, AVERAGED * problem.edge_length));
+        let options = FieldOptions {
+            edge_length: problem.edge_length,
+            smoothing: problem.wishes.smoothing,
+            branch_points: None,
+            strokes: stroke_guidance(mesh, frames, &problem.strokes, problem.edge_length),
+            start: None,
+        };
+        Ok(smooth_cross_field(ctx, mesh, frames, &flags, guidance.as_ref(), &options)?.0)
+    }
+}
+
+/// Per corner of a remeshed surface, the vertex of the original at the same place.
+fn corner_map(remeshed: &Surface, original: &Surface) -> BTreeMap<u32, u32> {
+    let key = |p: DVec3| p.to_array().map(f64::to_bits);
+    let at: BTreeMap<[u64; 3], u32> =
+        original.features.corners.iter().map(|&v| (key(original.mesh.position(v)), v)).collect();
+    let corners = remeshed.features.corners.iter();
+    corners.filter_map(|&v| at.get(&key(remeshed.mesh.position(v))).map(|&home| (v, home))).collect()
+}
