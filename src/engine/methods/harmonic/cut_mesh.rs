@@ -3,10 +3,15 @@
 //! Halfedge `3 f + k` runs from corner `k` of face `f` to the next one, as in [`TriMesh`]; splits add faces and vertices and
 //! rename none, so that a finished mesh has the same numbers.
 
-use glam::{DVec2, DVec3, I64Vec2};
+use glam::{DVec2, DVec3};
 
 use crate::engine::mesh::{Features, MeshError, NONE, Surface, TriMesh, next, prev};
-use crate::engine::parameterize::{GridMap, Iso, rotate, rotate_integer};
+use crate::engine::methods::harmonic::charts::SeamlessMap;
+use crate::engine::parameterize::{Iso, rotate};
+
+/// A new vertex lies at least this share of the edge away from its ends, wherever the map has it: the homotopy of the curves
+/// matters, their places do not, and thin triangles spoil the Laplacian.
+const LEAST_SHARE: f64 = 0.15;
 
 /// A mesh while curves are cut into it.
 #[derive(Clone, Debug)]
@@ -17,7 +22,7 @@ pub(super) struct CutMesh {
     /// Some halfedge that leaves the vertex.
     outgoing: Vec<u32>,
     /// The map that is carried along; of a mesh without a map all zero.
-    pub(super) map: GridMap,
+    pub(super) map: SeamlessMap,
     /// Per halfedge, the curve that it lies on; the same for twins.
     pub(super) line: Vec<u32>,
     /// Per halfedge, whether it lies on a feature curve (not on the boundary).
@@ -26,13 +31,13 @@ pub(super) struct CutMesh {
 }
 
 impl CutMesh {
-    pub(super) fn new(surface: &Surface, map: Option<GridMap>) -> Self {
+    pub(super) fn new(surface: &Surface, map: Option<SeamlessMap>) -> Self {
         let mesh = &surface.mesh;
         let n = mesh.n_halfedges();
-        let map = map.unwrap_or_else(|| GridMap {
+        let map = map.unwrap_or_else(|| SeamlessMap {
             uv: vec![DVec2::ZERO; n],
             rotation: vec![0; n],
-            translation: vec![I64Vec2::ZERO; n],
+            translation: vec![DVec2::ZERO; n],
             iso: vec![Iso::None; n],
         });
         Self {
@@ -112,17 +117,14 @@ impl CutMesh {
         leaving.or_else(|| fan.iter().map(|&h| prev(h)).find(|&h| self.origin(h) == b))
     }
 
-    /// Splits the edge of `h` at `share` of its way from its origin; `z` is the map there, in the chart of the face of `h`.
+    /// Splits the edge of `h` at about `share` of its way from its origin; `z` is the map there, in the chart of the face of `h`.
     /// The new vertex is joined to the third corners of both faces, and the face of `h` keeps the half at its origin.
     pub(super) fn split_edge(&mut self, h: usize, share: f64, z: DVec2) -> u32 {
         let m = self.positions.len() as u32;
         let (a, b) = (self.origin(h), self.origin(next(h)));
-        self.positions.push(self.position(a).lerp(self.position(b), share));
+        self.positions.push(self.position(a).lerp(self.position(b), share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE)));
         let twin = self.twin(h);
-        let there = twin.map(|_| {
-            let back = (4 - self.map.rotation[h]) & 3;
-            rotate(z - self.map.translation[h].as_dvec2(), back)
-        });
+        let there = twin.map(|_| self.map.to_twin(h, z));
         let g = self.halve(h, m, z);
         if let (Some(t), Some(there)) = (twin, there) {
             let g2 = self.halve(t, m, there);
@@ -154,7 +156,7 @@ impl CutMesh {
         }
         self.twin[n] = g as u32 + 2;
         self.map.rotation.extend([self.map.rotation[h], self.map.rotation[n], 0]);
-        self.map.translation.extend([self.map.translation[h], self.map.translation[n], I64Vec2::ZERO]);
+        self.map.translation.extend([self.map.translation[h], self.map.translation[n], DVec2::ZERO]);
         self.map.iso.extend([self.map.iso[h], self.map.iso[n], Iso::None]);
         self.line.extend([self.line[h], self.line[n], NONE]);
         self.feature.extend([self.feature[h], self.feature[n], false]);
@@ -164,7 +166,7 @@ impl CutMesh {
 
     /// What runs across a face is on no curve and changes no chart.
     fn clear(&mut self, h: usize) {
-        (self.map.rotation[h], self.map.translation[h], self.map.iso[h]) = (0, I64Vec2::ZERO, Iso::None);
+        (self.map.rotation[h], self.map.translation[h], self.map.iso[h]) = (0, DVec2::ZERO, Iso::None);
         (self.line[h], self.feature[h]) = (NONE, false);
     }
 
@@ -191,7 +193,7 @@ impl CutMesh {
         }
         for old in [h1, h2] {
             self.map.rotation.extend([self.map.rotation[old], 0, 0]);
-            self.map.translation.extend([self.map.translation[old], I64Vec2::ZERO, I64Vec2::ZERO]);
+            self.map.translation.extend([self.map.translation[old], DVec2::ZERO, DVec2::ZERO]);
             self.map.iso.extend([self.map.iso[old], Iso::None, Iso::None]);
             self.line.extend([self.line[old], NONE, NONE]);
             self.feature.extend([self.feature[old], false, false]);
@@ -207,16 +209,16 @@ impl CutMesh {
     }
 
     /// Changes the chart of face `f`: `z ↦ i^quarters z + shift`.
-    pub(super) fn turn_chart(&mut self, f: usize, quarters: u8, shift: I64Vec2) {
+    pub(super) fn turn_chart(&mut self, f: usize, quarters: u8, shift: DVec2) {
         for h in 3 * f..3 * f + 3 {
-            self.map.uv[h] = rotate(self.map.uv[h], quarters) + shift.as_dvec2();
+            self.map.uv[h] = rotate(self.map.uv[h], quarters) + shift;
             let Some(t) = self.twin(h) else { continue };
             // z_f = i^m z_t + τ becomes i^q (i^m z_t + τ) + s.
             let m = (self.map.rotation[h] + quarters) & 3;
-            let tau = rotate_integer(self.map.translation[h], quarters) + shift;
+            let tau = rotate(self.map.translation[h], quarters) + shift;
             let back = (4 - m) & 3;
             (self.map.rotation[h], self.map.translation[h]) = (m, tau);
-            (self.map.rotation[t], self.map.translation[t]) = (back, -rotate_integer(tau, back));
+            (self.map.rotation[t], self.map.translation[t]) = (back, -rotate(tau, back));
         }
         if quarters % 2 == 1 {
             for h in 3 * f..3 * f + 3 {
@@ -233,7 +235,7 @@ impl CutMesh {
     ///
     /// # Errors
     /// [`MeshError`] never comes from a manifold that was cut.
-    pub(super) fn finish(self) -> Result<(Surface, GridMap, Vec<u32>), MeshError> {
+    pub(super) fn finish(self) -> Result<(Surface, SeamlessMap, Vec<u32>), MeshError> {
         let mut edges: Vec<[u32; 2]> = (0..3 * self.faces.len())
             .filter(|&h| self.feature[h])
             .map(|h| [self.origin(h), self.origin(next(h))])

@@ -11,6 +11,9 @@ use crate::engine::methods::harmonic::error::HarmonicError;
 use crate::engine::methods::harmonic::regions::Regions;
 use crate::engine::parameterize::rotate_integer;
 
+/// A meta-edge that leaves its coordinate line by more than this, relative to its length, follows none.
+const BENT: f64 = 1e-4;
+
 /// How a half meta-edge runs in the chart of its meta-face: quarter turns from +u, so 0 to 3 are u, v, −u, −v.
 pub(super) type Tag = u8;
 
@@ -28,6 +31,8 @@ pub(super) struct MetaEdge {
     pub(super) tags: [Tag; 2],
     /// Length in grid units: Du or Dv, positive.
     pub(super) extent: i64,
+    /// The same in the map that the graph comes from, before it was made an integer.
+    pub(super) real: f64,
     /// Length of the path, model units.
     pub(super) length: f64,
 }
@@ -231,6 +236,7 @@ fn paths(cut: &CutMesh, regions: &Regions, is_node: &[bool]) -> SingularityGraph
                 faces: [regions.of_face[first / 3], right],
                 tags: [0; 2],
                 extent: 1,
+                real: 1.0,
                 length,
             });
         }
@@ -279,18 +285,17 @@ fn measure(cut: &CutMesh, graph: &mut SingularityGraph, id: usize) -> Result<(),
     let sum = |halfedges: &mut dyn Iterator<Item = usize>| halfedges.map(along).sum::<DVec2>();
     let left = sum(&mut edge.path.iter().copied());
     let right = sum(&mut edge.path.iter().filter_map(|&h| cut.twin(h)));
-    let whole = left.round();
     let tag = |z: DVec2| match (z.x > 0.0, z.y > 0.0, z.x.abs() > z.y.abs()) {
         (true, _, true) => 0,
         (_, true, false) => 1,
         (false, _, true) => 2,
         _ => 3,
     };
-    let extent = whole.abs().max_element();
-    if left.distance(whole) > 1e-3 || whole.abs().min_element() > 0.0 || extent < 1.0 {
+    let [across, along] = [left.abs().min_element(), left.abs().max_element()];
+    if across > BENT * along.max(1.0) {
         return Err(HarmonicError::NotStraight { edge: id as u32 });
     }
-    edge.extent = extent as i64;
+    edge.real = along;
     edge.tags[0] = tag(left);
     edge.tags[1] = if edge.faces[1] == NONE { (tag(left) + 2) & 3 } else { tag(right) };
     Ok(())

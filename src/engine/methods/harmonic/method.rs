@@ -22,6 +22,12 @@ const BOUNDARY: Parameter = Parameter {
     ]),
 };
 
+const MOST_SINGULARITIES: Parameter = Parameter {
+    name: "most_singularities",
+    help: "The field is made smoother until it has at most this many singularities, as far as that helps; 0 leaves it as it is.",
+    range: Range::Whole { least: 0, most: 100_000, default: 0 },
+};
+
 /// Discrete harmonic forms on a singularity graph `[tong_2006]`.
 #[derive(Clone, Copy, Debug)]
 pub struct Harmonic;
@@ -44,7 +50,7 @@ impl Method for Harmonic {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[BOUNDARY]
+        &[BOUNDARY, MOST_SINGULARITIES]
     }
 
     fn level(&self) -> Level {
@@ -66,20 +72,25 @@ impl Method for Harmonic {
 
 fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Result<MapProduct, HarmonicError> {
     let working = ctx.stage(Stage::Refine, |ctx| Working::new(ctx, problem))?;
-    let Sourced { surface, charts, graph, is_held, singularities, scale } = from_map(ctx, &working, problem)?;
+    let most = match parameters.get(&MOST_SINGULARITIES) {
+        Value::Whole(n) if n > 0 => Some(n as usize),
+        _ => None,
+    };
+    let Sourced { surface, iso, graph, is_held, singularities } = from_map(ctx, &working, problem, most)?;
     let boundary = match parameters.get(&BOUNDARY) {
         Value::Choice(NATURAL) => BoundaryValues::Natural,
         _ => BoundaryValues::Linear,
     };
-    graph.check_turning()?;
+    let scale = (graph.quads()? / surface.mesh.total_area()).sqrt();
     let mesh = &surface.mesh;
     let frames = Frames::new(mesh);
-    let mut grid = harmonic_map(mesh, &frames, &graph, &is_held, &charts.iso, boundary)?;
+    let mut grid = harmonic_map(mesh, &frames, &graph, &is_held, &iso, boundary)?;
     ctx.check()?;
     let before = measure_map(mesh, &frames, &grid, scale);
     let left = untangle(ctx, mesh, &frames, &mut grid, &is_held, scale)?;
     let mut measures = measure_map(mesh, &frames, &grid, scale);
     measures.flipped = measures.flipped.max(left);
+    eprintln!("flipped {} -> {}", before.flipped, measures.flipped);
     tracing::debug!(flipped_before = before.flipped, flipped = measures.flipped, "harmonic map");
     Ok(MapProduct {
         surface,

@@ -2,10 +2,12 @@
 //! discs, tags say how its edges run in the plane, integers how long they are, and two harmonic functions, continuous
 //! across the graph up to quarter turns and integers, are the map.
 
+mod charts;
 mod continuity;
 mod cut_mesh;
 mod error;
 mod graph;
+mod meta_system;
 mod method;
 mod regions;
 mod separatrices;

@@ -1,4 +1,4 @@
-//! A singularity graph from an integer-grid map: from every singular vertex and every corner of features or boundary the
+//! A singularity graph from a seamless map: from every singular vertex and every corner of features or boundary the
 //! coordinate lines run at equal speed until they meet a line (a motorcycle graph). They are cut into the mesh as they run.
 
 use std::cmp::Reverse;
@@ -10,7 +10,7 @@ use crate::engine::mesh::{NONE, next, prev};
 use crate::engine::methods::harmonic::cut_mesh::CutMesh;
 use crate::engine::methods::harmonic::error::HarmonicError;
 use crate::engine::methods::harmonic::regions::Regions;
-use crate::engine::parameterize::{GridMap, Iso, rotate};
+use crate::engine::parameterize::{Iso, rotate};
 use crate::engine::run::RunContext;
 
 /// The line of all features and boundaries.
@@ -18,26 +18,13 @@ const BORDER: u32 = NONE - 1;
 /// A line that meets an edge nearer to its end than this share of it goes through that vertex, if it can be moved there in
 /// the map: triangles stay well shaped.
 const SNAP: f64 = 0.2;
+/// A direction this near to an edge, in radians, runs along it: coordinates are exact to about 1e-12 of the surface.
+const STRAIGHT: f64 = 1e-9;
 /// Steps per face of the mesh before lines are taken not to end.
 const MOST_STEPS: usize = 8;
 /// Base points at most: a disc needs none, every handle and boundary loop a few.
 const MOST_BASES: usize = 200;
 const AXES: [DVec2; 4] = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
-
-/// Puts special vertices on the integer points and borders on the integer lines that they are on up to rounding errors.
-pub(super) fn snap(map: &mut GridMap, is_special: impl Fn(usize) -> bool) {
-    for h in 0..map.uv.len() {
-        if is_special(h) {
-            map.uv[h] = map.uv[h].round();
-        }
-        let ends = [h, next(h)];
-        match map.iso[h] {
-            Iso::None => {}
-            Iso::U => ends.iter().for_each(|&c| map.uv[c].x = map.uv[c].x.round()),
-            Iso::V => ends.iter().for_each(|&c| map.uv[c].y = map.uv[c].y.round()),
-        }
-    }
-}
 
 /// A line on its way.
 #[derive(Clone, Copy, Debug)]
@@ -75,10 +62,10 @@ pub(super) fn cut_separatrices(
         ctx.check()?;
         let regions = Regions::new(cut);
         let Some(open) = regions.first_open() else { return Ok(()) };
-        let Some((f, at, z)) = grid_point(cut, &regions, open) else {
+        let Some((f, z)) = base_point(cut, &regions, open) else {
             return Err(HarmonicError::NotDisc { face: open });
         };
-        let base = cut.split_face(f, at, z);
+        let base = cut.split_face(f, [1.0 / 3.0; 3], z);
         is_special.resize(cut.n_vertices(), false);
         is_special[base as usize] = true;
         let more = starts_at(cut, base);
@@ -107,10 +94,11 @@ fn way(cut: &CutMesh, corner: usize, direction: DVec2) -> Option<Way> {
     let uv = &cut.map.uv;
     let (first, second) = (uv[next(corner)] - uv[corner], uv[prev(corner)] - uv[corner]);
     let off = first.perp_dot(direction);
-    if off == 0.0 && first.dot(direction) > 0.0 {
+    if off.abs() <= STRAIGHT * first.length() && first.dot(direction) > 0.0 {
         return Some(Way::Along(corner));
     }
-    (off > 0.0 && direction.perp_dot(second) > 0.0).then_some(Way::Into(corner, direction))
+    let is_before = direction.perp_dot(second) > STRAIGHT * second.length();
+    (off > 0.0 && is_before).then_some(Way::Into(corner, direction))
 }
 
 /// The first way in this direction (in the chart of the corner) at or after a corner, counter-clockwise.
@@ -208,54 +196,66 @@ fn walk(cut: &mut CutMesh, h: usize, tip: u32, id: u32) -> (u32, f64, bool) {
     (end, length.max(f64::MIN_POSITIVE), goes_on)
 }
 
-/// Moves a vertex in the map onto a coordinate line, if it is free to and no triangle turns over; `corner` is one of its
-/// corners, whose coordinate `fix` becomes `value`.
+/// Moves a vertex in the map onto a coordinate line, if no triangle turns over; `corner` is one of its corners, whose
+/// coordinate `fix` becomes `value`. Vertices of a line move along it only, special ones and meeting points not at all.
 fn slide(cut: &mut CutMesh, is_special: &[bool], corner: usize, fix: usize, value: f64) -> bool {
     let v = cut.origin(corner);
-    let fan = cut.fan(v);
-    let is_boundary = fan.iter().any(|&h| cut.twin(h).is_none() || cut.twin(prev(h)).is_none());
-    if is_boundary || is_special.get(v as usize).copied().unwrap_or(false) || cut.is_on_line(v) {
+    if is_special.get(v as usize).copied().unwrap_or(false) {
         return false;
     }
-    let before: Vec<DVec2> = fan.iter().map(|&h| cut.map.uv[h]).collect();
-    cut.map.uv[corner][fix] = value;
-    let mut h = corner;
-    loop {
+    let charts = quarters_around(cut, corner);
+    let mut lines = 0;
+    for &(h, quarters) in &charts {
         let p = prev(h);
-        let Some(n) = cut.twin(p) else { break };
-        if n == corner {
-            break;
+        let both = [(h, true), (p, cut.twin(p).is_none())];
+        for (edge, _) in both.into_iter().filter(|&(edge, counts)| counts && cut.is_line(edge)) {
+            let along = rotate(cut.map.uv[next(edge)] - cut.map.uv[edge], (4 - quarters) & 3);
+            if along[1 - fix].abs() > STRAIGHT * along.length() {
+                return false;
+            }
+            lines += 1;
         }
-        let back = (4 - cut.map.rotation[p]) & 3;
-        cut.map.uv[n] = rotate(cut.map.uv[h] - cut.map.translation[p].as_dvec2(), back);
-        h = n;
     }
-    let is_upright = |&h: &usize| {
+    if lines != 0 && lines != 2 {
+        return false;
+    }
+    let before: Vec<(usize, DVec2)> = charts.iter().map(|&(h, _)| (h, cut.map.uv[h])).collect();
+    let mut by = DVec2::ZERO;
+    by[fix] = value - cut.map.uv[corner][fix];
+    for &(h, quarters) in &charts {
+        cut.map.uv[h] += rotate(by, quarters);
+    }
+    cut.map.uv[corner][fix] = value;
+    let is_upright = |&(h, _): &(usize, u8)| {
         let uv = &cut.map.uv;
         (uv[next(h)] - uv[h]).perp_dot(uv[prev(h)] - uv[h]) > 0.0
     };
-    if fan.iter().all(is_upright) {
+    if charts.iter().all(is_upright) {
         return true;
     }
-    for (&h, z) in fan.iter().zip(before) {
-        cut.map.uv[h] = z;
-    }
+    before.into_iter().for_each(|(h, z)| cut.map.uv[h] = z);
     false
 }
 
-/// A grid point inside a face of a region: the face, barycentric coordinates, and the point in the chart of the face; the one
-/// that is furthest from the sides of its face.
-fn grid_point(cut: &CutMesh, regions: &Regions, region: u32) -> Option<(usize, [f64; 3], DVec2)> {
-    let mut best: Option<(f64, usize, [f64; 3], DVec2)> = None;
-    for f in (0..cut.n_faces()).filter(|&f| regions.of_face[f] == region) {
-        let [a, b, c] = [0, 1, 2].map(|k| cut.map.uv[3 * f + k]);
-        let z = ((a + b + c) / 3.0).round();
-        let area = (b - a).perp_dot(c - a);
-        let w = [(b - z).perp_dot(c - z), (c - z).perp_dot(a - z), (a - z).perp_dot(b - z)].map(|x| x / area);
-        let least = w.iter().copied().fold(f64::INFINITY, f64::min);
-        if area > 0.0 && least > best.map_or(1e-6, |b| b.0) {
-            best = Some((least, f, w, z));
+/// The corners around the vertex of a corner, each with the quarter turns from the chart of that corner to its own.
+fn quarters_around(cut: &CutMesh, corner: usize) -> Vec<(usize, u8)> {
+    let mut around = Vec::new();
+    let mut quarters = 0u8;
+    let mut at = 0;
+    for h in cut.fan(cut.origin(corner)) {
+        around.push((h, quarters));
+        if h == corner {
+            at = quarters;
         }
+        quarters = (quarters + 4 - cut.map.rotation[prev(h)]) & 3;
     }
-    best.map(|(_, f, w, z)| (f, w, z))
+    around.into_iter().map(|(h, quarters)| (h, (quarters + 4 - at) & 3)).collect()
+}
+
+/// The middle of the face of a region that is largest in the map, and the point in its chart.
+fn base_point(cut: &CutMesh, regions: &Regions, region: u32) -> Option<(usize, DVec2)> {
+    let area = |f: usize| (cut.map.uv[3 * f + 1] - cut.map.uv[3 * f]).perp_dot(cut.map.uv[3 * f + 2] - cut.map.uv[3 * f]);
+    let of_region = (0..cut.n_faces()).filter(|&f| regions.of_face[f] == region);
+    let largest = of_region.max_by(|&f, &g| area(f).total_cmp(&area(g)).then(g.cmp(&f)))?;
+    Some((largest, (0..3).map(|k| cut.map.uv[3 * largest + k]).sum::<DVec2>() / 3.0))
 }

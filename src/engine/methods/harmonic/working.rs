@@ -59,15 +59,20 @@ impl Working {
         flags
     }
 
-    /// The smooth field.
-    pub(super) fn field(&self, ctx: &RunContext, problem: &Problem) -> Result<CrossField, HarmonicError> {
+    /// The field, between alignment with curvature (0) and smoothness (1).
+    pub(super) fn field(
+        &self,
+        ctx: &RunContext,
+        problem: &Problem,
+        smoothing: f64,
+    ) -> Result<CrossField, HarmonicError> {
         let (mesh, frames) = (&self.surface.mesh, &self.frames);
         let flags = self.followed(problem);
         let is_guided = problem.wishes.align == Align::Curvature;
         let guidance = is_guided.then(|| curvature_guidance(mesh, frames, &flags, AVERAGED * problem.edge_length));
         let options = FieldOptions {
             edge_length: problem.edge_length,
-            smoothing: problem.wishes.smoothing,
+            smoothing,
             branch_points: None,
             strokes: stroke_guidance(mesh, frames, &problem.strokes, problem.edge_length),
             start: None,
