@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use quadrille::engine::field::{BranchSearch, CrossField, Frames};
 use quadrille::engine::methods::{
-    BoundaryLines, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range, register,
+    BoundaryLines, Data, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range, register,
 };
 use quadrille::engine::parameterize::{MapSystem, measure_map};
 use quadrille::engine::problem::Problem;
@@ -79,6 +79,7 @@ impl Method for ConstantField {
             curl_energy: rounded.curl_energy,
             rounding_energy: rounded.rounding_energy,
             search_left_out: None,
+            details: Data::None,
         })))
     }
 }

@@ -51,4 +51,10 @@ pub enum MethodError {
         /// The map, where one was made: worth reporting though there are no quads.
         map: Option<Box<MapProduct>>,
     },
+    /// What its parameters ask for cannot be: no other attempt is made.
+    #[error("{cause}")]
+    Refused {
+        /// What is wrong, and where.
+        cause: String,
+    },
 }

@@ -3,6 +3,7 @@
 
 mod coarse;
 mod cuboid;
+mod data;
 mod harmonic;
 mod level;
 mod method;
@@ -15,6 +16,7 @@ mod triangle_pairs;
 mod triangle_split;
 
 pub use cuboid::Cuboid;
+pub use data::{Data, Shape};
 pub use harmonic::Harmonic;
 pub use level::Level;
 pub use method::{Method, MethodError};

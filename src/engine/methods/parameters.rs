@@ -1,6 +1,10 @@
 //! The parameters of a method, as data: reading them from a request, their schema, flags and help follow from the
 //! declaration.
 
+use std::sync::Arc;
+
+use crate::engine::methods::{Data, Shape};
+
 /// One parameter of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
@@ -40,10 +44,12 @@ pub enum Range {
     },
     /// One of some names, each with one line of help; the first is the default.
     Choice(&'static [(&'static str, &'static str)]),
+    /// Structured data of this shape, or nothing, which is the default.
+    Data(&'static Shape),
 }
 
 /// The value of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// Of a [`Range::Number`].
     Number(f64),
@@ -53,6 +59,8 @@ pub enum Value {
     Switch(bool),
     /// Of a [`Range::Choice`].
     Choice(&'static str),
+    /// Of a [`Range::Data`].
+    Data(Arc<Data>),
 }
 
 impl Range {
@@ -63,16 +71,18 @@ impl Range {
             Self::Whole { default, .. } => Value::Whole(default),
             Self::Switch { default } => Value::Switch(default),
             Self::Choice(names) => Value::Choice(names.first().map_or("", |(name, _)| name)),
+            Self::Data(_) => Value::Data(Arc::default()),
         }
     }
 
     /// Whether a value is one of these.
-    pub fn contains(&self, value: Value) -> bool {
+    pub fn contains(&self, value: &Value) -> bool {
         match (*self, value) {
-            (Self::Number { least, most, .. }, Value::Number(x)) => (least..=most).contains(&x),
-            (Self::Whole { least, most, .. }, Value::Whole(n)) => (least..=most).contains(&n),
+            (Self::Number { least, most, .. }, Value::Number(x)) => (least..=most).contains(x),
+            (Self::Whole { least, most, .. }, Value::Whole(n)) => (least..=most).contains(n),
             (Self::Switch { .. }, Value::Switch(_)) => true,
-            (Self::Choice(names), Value::Choice(name)) => names.iter().any(|(known, _)| *known == name),
+            (Self::Choice(names), Value::Choice(name)) => names.iter().any(|(known, _)| known == name),
+            (Self::Data(shape), Value::Data(data)) => **data == Data::None || (shape.check)(data).is_empty(),
             _ => false,
         }
     }
@@ -86,7 +96,9 @@ impl Parameters {
     /// Sets a parameter; `false` if the method has no such parameter or the value is out of its range.
     #[must_use]
     pub fn set(&mut self, declared: &'static [Parameter], name: &str, value: Value) -> bool {
-        let Some(parameter) = declared.iter().find(|p| p.name == name && p.range.contains(value)) else { return false };
+        let Some(parameter) = declared.iter().find(|p| p.name == name && p.range.contains(&value)) else {
+            return false;
+        };
         self.0.retain(|(known, _)| *known != parameter.name);
         if value == parameter.range.default() {
             return true;
@@ -99,7 +111,7 @@ impl Parameters {
     /// The value of a declared parameter.
     pub fn get(&self, parameter: &Parameter) -> Value {
         let given = self.0.iter().find(|(name, _)| *name == parameter.name);
-        given.map_or_else(|| parameter.range.default(), |&(_, value)| value)
+        given.map_or_else(|| parameter.range.default(), |(_, value)| value.clone())
     }
 
     /// The value of a [`Range::Number`] parameter.
@@ -107,7 +119,15 @@ impl Parameters {
         match self.get(parameter) {
             Value::Number(x) => x,
             Value::Whole(n) => n as f64,
-            Value::Switch(_) | Value::Choice(_) => f64::NAN,
+            Value::Switch(_) | Value::Choice(_) | Value::Data(_) => f64::NAN,
+        }
+    }
+
+    /// The value of a [`Range::Data`] parameter; nothing of any other.
+    pub fn data(&self, parameter: &Parameter) -> Arc<Data> {
+        match self.get(parameter) {
+            Value::Data(data) => data,
+            _ => Arc::default(),
         }
     }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::engine::field::BranchSearch;
 use crate::engine::mesh::Surface;
+use crate::engine::methods::Data;
 use crate::engine::parameterize::{GridMap, MapMeasures};
 use crate::engine::quad::{QuadDraft, QuadLayout};
 use crate::engine::topology::Singularity;
@@ -44,6 +45,9 @@ pub struct MapProduct {
     pub rounding_energy: f64,
     /// Triangles of the working mesh where branch points were not searched for because there are too many.
     pub search_left_out: Option<usize>,
+    /// What the method says of the map besides, as its own parameters say it: asked for again, it gives this map. Nothing
+    /// where there is no such thing.
+    pub details: Data,
 }
 
 /// What a method proposes.

@@ -39,7 +39,14 @@ pub(super) struct Extracted {
 #[derive(Debug)]
 pub(super) enum NoQuads {
     Cancelled(Cancelled),
-    Cause { cause: String, map: Option<Box<MapProduct>> },
+    Cause {
+        cause: String,
+        map: Option<Box<MapProduct>>,
+    },
+    /// The method's parameters ask for what cannot be.
+    Refused {
+        cause: String,
+    },
 }
 
 impl From<Cancelled> for NoQuads {
@@ -57,6 +64,7 @@ impl Attempt {
         let product = self.method.0.propose(ctx, &self.problem, &self.parameters).map_err(|error| match error {
             MethodError::Cancelled(stop) => NoQuads::Cancelled(stop),
             MethodError::Nothing { cause, map } => NoQuads::Cause { cause, map },
+            MethodError::Refused { cause } => NoQuads::Refused { cause },
         })?;
         let level = self.method.0.level();
         match product {

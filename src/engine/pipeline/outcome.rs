@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::engine::methods::Data;
 use crate::engine::parameterize::GridMap;
 use crate::engine::pipeline::report::{BranchReport, MapReport, Singularity};
 use crate::engine::pipeline::solve::Solution;
@@ -68,6 +69,9 @@ pub(super) fn assemble_map(problems: &[Problem], solutions: &[Solution], choice:
         report.conformal_mean += area * map.measures.conformal_mean;
         report.curl_energy += area * map.curl_energy;
         report.rounding_energy += area * map.rounding_energy;
+        if map.details != Data::None {
+            report.details.push(map.details.clone());
+        }
         let search = &map.branch_search;
         if search.evaluations > 0 {
             let all = report.branch_search.get_or_insert_default();

@@ -99,7 +99,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     let symmetry = if made.is_some() { spec.symmetry.clone() } else { Vec::new() };
     let made = match made {
         Some(made) => made,
-        None => make(ctx, surface.clone(), edge_length, &log_size, &detail, spec)?,
+        None => make(ctx, surface.clone(), edge_length, &log_size, &detail, &origin, spec)?,
     };
     // Where the deadline passed and every component has quads nevertheless, they are delivered, if judging and writing
     // them ends soon.
@@ -190,16 +190,21 @@ struct Made {
     warnings: Vec<Warning>,
 }
 
-/// Solves the components of a surface.
+/// Solves the components of a surface. `origin` says per vertex which one of the input it is, or is empty.
 fn make(
     ctx: &RunContext,
     mut surface: Surface,
     edge_length: f64,
     log_size: &[f64],
     detail: &[u32],
+    origin: &[u32],
     spec: &RemeshSpec,
 ) -> Result<Made, RemeshError> {
-    let problems = split(&surface, edge_length, spec.keeps_count(), &spec.wishes(), log_size, detail, &spec.strokes);
+    let mut problems =
+        split(&surface, edge_length, spec.keeps_count(), &spec.wishes(), log_size, detail, &spec.strokes);
+    for problem in &mut problems {
+        problem.inputs = problem.vertices.iter().filter_map(|&v| origin.get(v as usize).copied()).collect();
+    }
     let solved = solve_all(ctx, &problems, spec)?;
     let levels: Vec<Level> = solved.iter().map(|s| s.level).collect();
     let given_up = give_up_features(&mut surface, &problems, &solved);
@@ -228,7 +233,7 @@ fn made_symmetric(
 ) -> Result<Option<Made>, RemeshError> {
     let min_length = SHORTEST_FEATURE * edge_length;
     let fold = ctx.stage(Stage::Condition, |ctx| fold(ctx, whole, log_size, axes, min_length, warnings))?;
-    let cause = match make(ctx, fold.surface.clone(), edge_length, &fold.log_size, &[], spec) {
+    let cause = match make(ctx, fold.surface.clone(), edge_length, &fold.log_size, &[], &[], spec) {
         Err(RemeshError::NoQuads { cause, .. }) => cause,
         made => match unfolded(made?, whole, &fold) {
             None => "the images do not fit together".to_owned(),

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::engine::certify::QuadReport;
 use crate::engine::mesh::TriMesh;
-use crate::engine::methods::Level;
+use crate::engine::methods::{Data, Level};
 use crate::engine::run::Warning;
 
 /// How the conditioned surface differs from the input; one counter per kind of repair.
@@ -109,6 +109,9 @@ pub struct MapReport {
     pub rounding_energy: f64,
     /// What the search for branch points did, if there was one.
     pub branch_search: Option<BranchReport>,
+    /// What the method says of the map of each component, as its own parameters say it; only of components of which it says
+    /// something.
+    pub details: Vec<Data>,
 }
 
 /// The search for branch points on all components. Before: on the mesh where it began, which may be coarser.

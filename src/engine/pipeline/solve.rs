@@ -73,6 +73,7 @@ pub(super) fn solve(
         map: None,
         warnings: Vec::new(),
         causes: Vec::new(),
+        refused: None,
         sure: VecDeque::new(),
         asked: 0,
     };
@@ -114,6 +115,8 @@ struct Search<'a> {
     warnings: Vec<Warning>,
     /// Why attempts failed, in order.
     causes: Vec<String>,
+    /// Why the method's parameters cannot be met, if they cannot: nothing else is tried then.
+    refused: Option<String>,
     /// The sure methods that were not asked yet, and how many were.
     sure: VecDeque<Sure>,
     asked: usize,
@@ -141,6 +144,9 @@ impl Search<'_> {
             }
             is_first = false;
             let (diagnosis, places) = self.attempt(ctx, &attempt, Depth::Best)?;
+            if self.refused.is_some() {
+                return Ok(());
+            }
             if diagnosis == Diagnosis::Complete {
                 break;
             }
@@ -226,6 +232,10 @@ impl Search<'_> {
         let (mut judged, level, map) = match made {
             Ok(made) => made,
             Err(NoQuads::Cancelled(stop)) => return Err(stop),
+            Err(NoQuads::Refused { cause }) => {
+                self.refused = Some(cause);
+                return Ok((Diagnosis::Nothing, Vec::new()));
+            }
             Err(NoQuads::Cause { cause, map }) => {
                 let diagnosis = if map.is_some() { Diagnosis::NoQuads } else { Diagnosis::Nothing };
                 self.map = self.map.take().or(map);
@@ -277,7 +287,10 @@ impl Search<'_> {
     }
 
     fn solution(self) -> Result<Solution, String> {
-        let Self { whole, method, best, map, mut warnings, causes, .. } = self;
+        let Self { whole, method, best, map, mut warnings, causes, refused, .. } = self;
+        if let Some(cause) = refused {
+            return Err(cause);
+        }
         let best = best.filter(|best| best.judged.is_certified());
         let Some(Candidate { judged, level, map: own, attempt, .. }) = best else { return Err(causes.join("; ")) };
         if attempt.method != method {

@@ -16,6 +16,8 @@ pub struct Problem {
     pub index: Arc<SurfaceIndex>,
     /// Per vertex, its vertex in the whole surface.
     pub vertices: Arc<[u32]>,
+    /// Per vertex, the vertex of the input that it comes from; empty where that is not known.
+    pub inputs: Arc<[u32]>,
     /// Per halfedge, its halfedge in the whole surface.
     pub halfedges: Arc<[u32]>,
     /// Length of a quad edge in model units.

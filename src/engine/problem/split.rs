@@ -98,6 +98,7 @@ pub fn split(
             index: Arc::new(SurfaceIndex::new(&part.surface.mesh)),
             surface: part.surface.into(),
             vertices: part.vertices.into(),
+            inputs: Arc::new([]),
             halfedges: part.halfedges.into(),
             edge_length,
             judged_edge: edge_length.min(whole_edge),

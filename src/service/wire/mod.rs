@@ -4,6 +4,7 @@
 //! engine may change its own without breaking a client, and a client's spec is judged completely before the engine
 //! sees any of it.
 
+mod data;
 mod fields;
 mod job;
 mod level;

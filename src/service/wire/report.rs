@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use crate::engine::pipeline::{FeatureReport, InputReport, MapReport, QuadReport, Report, RunFindings};
+use crate::service::wire::data::json_of;
 use crate::service::wire::level::LevelName;
 use crate::service::wire::{Axis, Named, SymmetryAxis, WarningBody};
 
@@ -172,6 +173,11 @@ pub struct MapBody {
     /// What the search for branch points did; absent if there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub branch_search: Option<BranchSearchBody>,
+    /// What the method says of the map of each component, as its own `params` say it: sent back, they give this map. Absent
+    /// where it says nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(value_type = Vec<std::collections::BTreeMap<String, Value>>)]
+    pub details: Vec<Value>,
 }
 
 /// The search for branch points: numbers before and after it.
@@ -294,6 +300,7 @@ impl From<&MapReport> for MapBody {
                 evaluations: search.evaluations,
                 accepted: search.accepted,
             }),
+            details: map.details.iter().map(json_of).collect(),
         }
     }
 }

@@ -160,13 +160,18 @@ fn from_root(mesh: &TriMesh, charts: &Charts<'_>) -> Vec<FromRoot> {
     corners
 }
 
+/// Triangles thinner than this, as twice their area over the squares of their sides, count as that thick: their cotangents would
+/// drown the others' in rounding errors.
+const THINNEST: f64 = 1e-6;
+
 /// Half the cotangent of the angle opposite to each halfedge, in the metric of the frames.
 fn half_cotangents(mesh: &TriMesh, frames: &Frames) -> Vec<f64> {
     let mut weight = vec![0.0; mesh.n_halfedges()];
     for f in 0..mesh.n_faces() {
         // The angle between sides k and k + 1 is opposite to side k + 2.
         let products = frames.side_products(mesh, f);
-        let twice_area = 2.0 * frames.area(mesh, f).max(f64::MIN_POSITIVE);
+        let squares = products[0] + products[1] + products[2];
+        let twice_area = (2.0 * frames.area(mesh, f)).max(THINNEST * squares).max(f64::MIN_POSITIVE);
         for k in 0..3 {
             weight[3 * f + (k + 2) % 3] = -0.5 * products[3 + k] / twice_area;
         }

@@ -77,6 +77,11 @@ impl CutMesh {
         self.line[h] != NONE
     }
 
+    /// Whether an edge is on a feature curve or the boundary.
+    pub(super) fn is_followed(&self, h: usize) -> bool {
+        self.feature[h] || self.twin[h] == NONE
+    }
+
     /// Puts an edge on a curve.
     pub(super) fn mark(&mut self, h: usize, line: u32) {
         self.line[h] = line;

@@ -19,6 +19,8 @@ pub(super) enum HarmonicError {
     Solve(#[from] SolveError),
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    #[error("the singularity graph is cut into the triangles, so the map cannot live on those of the input")]
+    OnInput,
     #[error("a separatrix is lost where the map of the field folds")]
     Fold,
     #[error("the separatrices do not end")]
@@ -31,6 +33,12 @@ pub(super) enum HarmonicError {
     Turning { face: u32, quarters: i32 },
     #[error("meta-face {face} is not closed: Σ D{coordinate} = {sum} instead of 0")]
     Open { face: u32, coordinate: char, sum: i64 },
+    #[error(
+        "meta-face {face} has no side tagged {missing} and cannot close with positive integers: ΣD{coordinate} = 0"
+    )]
+    OneSided { face: u32, coordinate: char, missing: &'static str },
+    #[error("{cause}")]
+    Given { cause: String },
     #[error("no positive integers close all meta-faces of the singularity graph")]
     NoIntegers,
 }

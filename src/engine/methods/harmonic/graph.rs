@@ -5,17 +5,17 @@ use std::collections::VecDeque;
 
 use glam::{DVec2, I64Vec2};
 
-use crate::engine::mesh::{NONE, next, prev};
+use crate::engine::mesh::{NONE, TriMesh, next, prev};
 use crate::engine::methods::harmonic::cut_mesh::CutMesh;
 use crate::engine::methods::harmonic::error::HarmonicError;
+use crate::engine::methods::harmonic::given::GivenGraph;
 use crate::engine::methods::harmonic::regions::Regions;
+use crate::engine::methods::harmonic::tag::Tag;
 use crate::engine::parameterize::rotate_integer;
+use crate::engine::topology::Singularity;
 
 /// A meta-edge that leaves its coordinate line by more than this, relative to its length, follows none.
 const BENT: f64 = 1e-4;
-
-/// How a half meta-edge runs in the chart of its meta-face: quarter turns from +u, so 0 to 3 are u, v, −u, −v.
-pub(super) type Tag = u8;
 
 /// A meta-edge: a path between two meta-vertices.
 #[derive(Clone, Debug)]
@@ -100,24 +100,49 @@ impl SingularityGraph {
         }
     }
 
-    /// Whether every meta-face turns once: its corners turn by four quarter turns to the left in all. Where the tags of two
-    /// successive sides are opposite, the corner has either no angle or a full turn; the full turn is taken.
+    /// Whether every meta-face turns once: its corners turn by four quarter turns to the left in all.
     ///
     /// # Errors
     /// [`HarmonicError::Turning`] of the first face that does not.
     pub(super) fn check_turning(&self) -> Result<(), HarmonicError> {
         for (face, sides) in (0..).zip(&self.faces) {
-            let turn = |k: usize| match (self.tag(sides[(k + 1) % sides.len()]) + 4 - self.tag(sides[k])) & 3 {
-                3 => -1,
-                2 => -2,
-                turn => i32::from(turn),
-            };
-            let quarters = (0..sides.len()).map(turn).sum();
+            let quarters = (0..sides.len()).map(|k| self.turn(sides, k)).sum();
             if quarters != 4 {
                 return Err(HarmonicError::Turning { face, quarters });
             }
         }
         Ok(())
+    }
+
+    /// The tags of the same graph as seen from the other side of the surface, in charts whose u runs the other way.
+    pub(super) fn mirror(&mut self) {
+        let mirrored = |tag: Tag| if tag % 2 == 0 { tag ^ 2 } else { tag };
+        for edge in &mut self.edges {
+            edge.tags = [mirrored(edge.tags[1]), mirrored(edge.tags[0])];
+        }
+    }
+
+    /// Turn of the corner between a side and the next one, quarter turns to the left. Between opposite tags the full turn to the
+    /// right is taken: the corner then has a whole turn of angle, instead of none.
+    fn turn(&self, sides: &[Side], k: usize) -> i32 {
+        match (self.tag(sides[(k + 1) % sides.len()]) + 4 - self.tag(sides[k])) & 3 {
+            3 => -1,
+            2 => -2,
+            turn => i32::from(turn),
+        }
+    }
+
+    /// The meta-vertices in the interior around which the angles of the corners are not four quarter turns.
+    pub(super) fn singularities(&self, mesh: &TriMesh) -> Vec<Singularity> {
+        let mut quarters = vec![4i32; self.vertices.len()];
+        for sides in &self.faces {
+            for (k, &side) in (0..sides.len()).zip(sides) {
+                let end = self.edge(side).ends[1 - side.half];
+                quarters[end as usize] -= 2 - self.turn(sides, k);
+            }
+        }
+        let all = self.vertices.iter().zip(quarters).map(|(&vertex, quarters)| Singularity { vertex, quarters });
+        all.filter(|s| s.quarters != 0 && !mesh.is_boundary_vertex(s.vertex)).collect()
     }
 
     /// Area of all meta-faces in grid units: how many quads there will be.
@@ -143,6 +168,33 @@ pub(super) fn graph_of(cut: &mut CutMesh, is_node: &[bool]) -> Result<Singularit
     let mut graph = paths(cut, &regions, is_node);
     for edge in 0..graph.edges.len() {
         measure(cut, &mut graph, edge)?;
+    }
+    Ok(graph)
+}
+
+/// The graph of the curves of a cut mesh whose lines are the edges of a given one, with its tags. `at` are the vertices of the
+/// mesh at which its meta-vertices are.
+///
+/// # Errors
+/// [`HarmonicError::Given`] with the meta-vertices around it if a part is no disc.
+pub(super) fn given_graph(
+    cut: &CutMesh,
+    is_node: &[bool],
+    given: &GivenGraph,
+    at: &[u32],
+) -> Result<SingularityGraph, HarmonicError> {
+    let regions = Regions::new(cut);
+    if let Some(open) = regions.first_open() {
+        let is_around = |v: u32| cut.fan(v).into_iter().any(|h| regions.of_face[h / 3] == open);
+        let around: Vec<String> = (0..at.len()).filter(|&i| is_around(at[i])).map(|i| i.to_string()).collect();
+        let cause = format!("the part of the surface at meta-vertices {} is not a disc", around.join(", "));
+        return Err(HarmonicError::Given { cause });
+    }
+    let mut graph = paths(cut, &regions, is_node);
+    for edge in &mut graph.edges {
+        let own = &given.edges[cut.line[edge.path[0]] as usize];
+        let is_along = graph.vertices[edge.ends[0] as usize] == at[own.ends[0] as usize];
+        edge.tags = if is_along { own.tags } else { [own.tags[1], own.tags[0]] };
     }
     Ok(graph)
 }

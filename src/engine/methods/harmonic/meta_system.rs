@@ -4,13 +4,16 @@
 
 use crate::engine::mesh::NONE;
 use crate::engine::methods::harmonic::error::HarmonicError;
-use crate::engine::methods::harmonic::graph::SingularityGraph;
+use crate::engine::methods::harmonic::graph::{MetaEdge, SingularityGraph};
+use crate::engine::methods::harmonic::tag::name;
 use crate::engine::numerics::DisjointSets;
 use crate::engine::parameterize::{Flow, Variable};
 use crate::engine::run::{Cancelled, RunContext};
 
 /// Lengths below this share of a grid unit weigh no more than it.
 const SHORT: f64 = 0.1;
+/// Weight of integers that are given: no others give way before all else has.
+const FIRM: f64 = 1e6;
 /// Times that meta-edges are pulled open where held meta-vertices have fallen together.
 const MOST_PULLS: usize = 30;
 /// Factors of all lengths tried so that the count is met, and how near is near enough.
@@ -48,6 +51,76 @@ pub(super) fn find_integers(
     Ok(())
 }
 
+/// Integers for a given graph: the given ones where there are any, others positive and near the lengths of their edges.
+///
+/// # Errors
+/// [`HarmonicError::OneSided`] and [`HarmonicError::Open`] name the meta-face and the equation that cannot be met.
+pub(super) fn complete_integers(
+    ctx: &RunContext,
+    graph: &mut SingularityGraph,
+    given: &[Option<i64>],
+    wanted: Option<f64>,
+) -> Result<(), HarmonicError> {
+    check_signs(graph)?;
+    let mut factor = 1.0;
+    let mut best: Option<(f64, Vec<i64>)> = None;
+    for attempt in 0..MOST_FACTORS {
+        let mut variables = variables(graph, factor, |_| 1);
+        for (variable, given) in variables.iter_mut().zip(given) {
+            let Some(extent) = *given else { continue };
+            (variable.target, variable.least) = (extent as f64, extent);
+            variable.weight = FIRM;
+        }
+        let start: Vec<i64> = variables.iter().map(|v| v.target.round() as i64).collect();
+        let flow = Flow::new(2 * graph.faces.len(), variables);
+        let found = flow.solve(&ctx.part(attempt, MOST_FACTORS), &start)?;
+        let Some(mut extents) = found else { break };
+        for (extent, given) in extents.iter_mut().zip(given) {
+            *extent = given.unwrap_or(*extent);
+        }
+        set(graph, &extents);
+        let quads = graph.quads()?.max(1.0);
+        let off = wanted.map_or(0.0, |wanted| (quads / wanted).ln().abs());
+        if best.as_ref().is_none_or(|b| off < b.0) {
+            best = Some((off, extents));
+        }
+        if off < COUNT_TOLERANCE {
+            break;
+        }
+        factor *= (wanted.unwrap_or(quads) / quads).sqrt().clamp(0.5, 2.0);
+    }
+    let (_, extents) = best.ok_or(HarmonicError::NoIntegers)?;
+    set(graph, &extents);
+    Ok(())
+}
+
+/// Whether every equation has both signs: with positive integers none can hold otherwise.
+fn check_signs(graph: &SingularityGraph) -> Result<(), HarmonicError> {
+    for (face, sides) in (0..).zip(&graph.faces) {
+        let has = [0, 1, 2, 3].map(|tag| sides.iter().any(|&side| graph.tag(side) == tag));
+        for (coordinate, own) in [('u', 0), ('v', 1)] {
+            if has[own] != has[own + 2] {
+                let missing = name(if has[own] { own + 2 } else { own } as u8);
+                return Err(HarmonicError::OneSided { face, coordinate, missing });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Variables for all meta-edges with targets of `factor` times their real lengths.
+fn variables(graph: &SingularityGraph, factor: f64, least: impl Fn(&MetaEdge) -> i64) -> Vec<Variable> {
+    let variable = |edge: &MetaEdge| {
+        let target = factor * edge.real;
+        let end = |half: usize| {
+            let (face, tag) = (edge.faces[half], edge.tags[half]);
+            (face != NONE).then(|| (2 * face + u32::from(tag % 2), if tag < 2 { 1 } else { -1 }))
+        };
+        Variable { ends: [end(0), end(1)], target, weight: 1.0 / (target + SHORT), least: least(edge) }
+    };
+    graph.edges.iter().map(variable).collect()
+}
+
 fn set(graph: &mut SingularityGraph, extents: &[i64]) {
     for (edge, &extent) in graph.edges.iter_mut().zip(extents) {
         edge.extent = extent;
@@ -63,16 +136,7 @@ fn near(
     factor: f64,
 ) -> Result<Option<Vec<i64>>, Cancelled> {
     let held = |n: u32| is_held[graph.vertices[n as usize] as usize];
-    let variables = graph.edges.iter().map(|edge| {
-        let target = factor * edge.real;
-        let end = |half: usize| {
-            let (face, tag) = (edge.faces[half], edge.tags[half]);
-            (face != NONE).then(|| (2 * face + u32::from(tag % 2), if tag < 2 { 1 } else { -1 }))
-        };
-        let least = i64::from(edge.ends.map(held) == [true, true]);
-        Variable { ends: [end(0), end(1)], target, weight: 1.0 / (target + SHORT), least }
-    });
-    let mut variables: Vec<Variable> = variables.collect();
+    let mut variables = variables(graph, factor, |edge| i64::from(edge.ends.map(held) == [true, true]));
     let mut x: Vec<i64> = variables.iter().map(|v| v.target.round() as i64).collect();
     for pull in 0..MOST_PULLS {
         let flow = Flow::new(2 * graph.faces.len(), variables.clone());

@@ -2,16 +2,24 @@
 
 use crate::engine::field::{BranchSearch, Frames};
 use crate::engine::methods::harmonic::error::HarmonicError;
+use crate::engine::methods::harmonic::given::{SHAPE, read};
+use crate::engine::methods::harmonic::report::{data_of, lies_on};
 use crate::engine::methods::harmonic::solve::{BoundaryValues, harmonic_map};
-use crate::engine::methods::harmonic::source::{Sourced, from_map};
+use crate::engine::methods::harmonic::source::{Sourced, from_given, from_map};
 use crate::engine::methods::harmonic::working::Working;
 use crate::engine::methods::{
-    BoundaryLines, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range, Value,
+    BoundaryLines, Data, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range, Value,
 };
 use crate::engine::parameterize::{measure_map, untangle};
-use crate::engine::problem::Problem;
+use crate::engine::problem::{Problem, WorkingMesh};
 use crate::engine::run::{RunContext, Stage};
 
+const GRAPH: Parameter = Parameter {
+    name: "graph",
+    help: "The singularity graph; without one it is made from a smooth field. The report has the graph of every map in this form. \
+           Of a model of several components, those without a meta-vertex get their own.",
+    range: Range::Data(&SHAPE),
+};
 const NATURAL: &str = "natural";
 const BOUNDARY: Parameter = Parameter {
     name: "boundary_values",
@@ -50,7 +58,7 @@ impl Method for Harmonic {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[BOUNDARY, MOST_SINGULARITIES]
+        &[GRAPH, BOUNDARY, MOST_SINGULARITIES]
     }
 
     fn level(&self) -> Level {
@@ -64,19 +72,33 @@ impl Method for Harmonic {
     fn propose(&self, ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Result<Product, MethodError> {
         let map = propose(ctx, problem, parameters).map_err(|error| match error {
             HarmonicError::Cancelled(stop) => MethodError::Cancelled(stop),
+            cause @ (HarmonicError::Given { .. } | HarmonicError::NoIntegers) if is_given(parameters) => {
+                MethodError::Refused { cause: format!("params.graph: {cause}") }
+            }
             other => MethodError::Nothing { cause: other.to_string(), map: None },
         })?;
         Ok(Product::Map(Box::new(map)))
     }
 }
 
+fn is_given(parameters: &Parameters) -> bool {
+    *parameters.data(&GRAPH) != Data::None
+}
+
 fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Result<MapProduct, HarmonicError> {
+    if problem.wishes.working_mesh == WorkingMesh::Input {
+        return Err(HarmonicError::OnInput);
+    }
     let working = ctx.stage(Stage::Refine, |ctx| Working::new(ctx, problem))?;
     let most = match parameters.get(&MOST_SINGULARITIES) {
         Value::Whole(n) if n > 0 => Some(n as usize),
         _ => None,
     };
-    let Sourced { surface, iso, graph, is_held, singularities } = from_map(ctx, &working, problem, most)?;
+    let sourced = match read(&parameters.data(&GRAPH)) {
+        Ok(given) if lies_on(&given, problem) => from_given(ctx, &working, problem, &given)?,
+        _ => from_map(ctx, &working, problem, most)?,
+    };
+    let Sourced { surface, iso, graph, is_held, singularities } = sourced;
     let boundary = match parameters.get(&BOUNDARY) {
         Value::Choice(NATURAL) => BoundaryValues::Natural,
         _ => BoundaryValues::Linear,
@@ -93,7 +115,6 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
     eprintln!("flipped {} -> {}", before.flipped, measures.flipped);
     tracing::debug!(flipped_before = before.flipped, flipped = measures.flipped, "harmonic map");
     Ok(MapProduct {
-        surface,
         corner_of: working.corner_of,
         grid,
         boundary: BoundaryLines::OnGrid,
@@ -105,5 +126,7 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
         curl_energy: 0.0,
         rounding_energy: 0.0,
         search_left_out: None,
+        details: data_of(&graph, &surface.mesh, &is_held, problem.edge_length),
+        surface,
     })
 }

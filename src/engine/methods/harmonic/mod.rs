@@ -6,13 +6,17 @@ mod charts;
 mod continuity;
 mod cut_mesh;
 mod error;
+mod given;
 mod graph;
 mod meta_system;
 mod method;
 mod regions;
+mod report;
+mod routes;
 mod separatrices;
 mod solve;
 mod source;
+mod tag;
 mod working;
 
 pub use method::Harmonic;

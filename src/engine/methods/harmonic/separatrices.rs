@@ -254,7 +254,8 @@ fn quarters_around(cut: &CutMesh, corner: usize) -> Vec<(usize, u8)> {
 
 /// The middle of the face of a region that is largest in the map, and the point in its chart.
 fn base_point(cut: &CutMesh, regions: &Regions, region: u32) -> Option<(usize, DVec2)> {
-    let area = |f: usize| (cut.map.uv[3 * f + 1] - cut.map.uv[3 * f]).perp_dot(cut.map.uv[3 * f + 2] - cut.map.uv[3 * f]);
+    let area =
+        |f: usize| (cut.map.uv[3 * f + 1] - cut.map.uv[3 * f]).perp_dot(cut.map.uv[3 * f + 2] - cut.map.uv[3 * f]);
     let of_region = (0..cut.n_faces()).filter(|&f| regions.of_face[f] == region);
     let largest = of_region.max_by(|&f, &g| area(f).total_cmp(&area(g)).then(g.cmp(&f)))?;
     Some((largest, (0..3).map(|k| cut.map.uv[3 * largest + k]).sum::<DVec2>() / 3.0))

@@ -1,11 +1,13 @@
 //! Where the singularity graph comes from.
 
 use crate::engine::mesh::{Surface, TriMesh, prev};
+use crate::engine::methods::harmonic::charts::SeamlessMap;
 use crate::engine::methods::harmonic::cut_mesh::CutMesh;
 use crate::engine::methods::harmonic::error::HarmonicError;
-use crate::engine::methods::harmonic::graph::{SingularityGraph, graph_of};
-use crate::engine::methods::harmonic::charts::SeamlessMap;
-use crate::engine::methods::harmonic::meta_system::find_integers;
+use crate::engine::methods::harmonic::given::GivenGraph;
+use crate::engine::methods::harmonic::graph::{SingularityGraph, given_graph, graph_of};
+use crate::engine::methods::harmonic::meta_system::{complete_integers, find_integers};
+use crate::engine::methods::harmonic::routes::{cut_edges, open_boundary, place};
 use crate::engine::methods::harmonic::separatrices::cut_separatrices;
 use crate::engine::methods::harmonic::working::Working;
 use crate::engine::parameterize::{GridMap, Iso, MapSystem, untangle};
@@ -13,8 +15,10 @@ use crate::engine::problem::Problem;
 use crate::engine::run::{RunContext, Stage};
 use crate::engine::topology::Singularity;
 
-/// How much smoother than asked for the field is in each attempt, as a share of what is left.
-const SMOOTHER: [f64; 5] = [0.0, 0.5, 0.8, 0.95, 1.0];
+/// How much smoother than asked for the field is in each attempt, as a share of what is left, and the size in quad edges
+/// below which detail of the surface gives it no singularities ("the support of this estimator must be chosen sufficiently
+/// large", `[tong_2006]` section 3.2).
+const SMOOTHER: [(f64, f64); 6] = [(0.0, 1.0), (0.5, 1.5), (0.8, 2.0), (1.0, 3.0), (1.0, 5.0), (1.0, 8.0)];
 /// Each attempt takes this share of what is left of the progress: mostly the first one succeeds.
 const SHARE_OF_ATTEMPT: f64 = 0.7;
 
@@ -41,9 +45,9 @@ pub(super) fn from_map(
     let asked = problem.wishes.smoothing;
     let mut best: Option<Sourced> = None;
     let mut cause = HarmonicError::Fold;
-    for share in SMOOTHER {
+    for (share, detail) in SMOOTHER {
         let smoothing = asked + share * (1.0 - asked);
-        match with_smoothing(&ctx.attempt(SHARE_OF_ATTEMPT), working, problem, smoothing) {
+        match with_smoothing(&ctx.attempt(SHARE_OF_ATTEMPT), working, problem, smoothing, detail) {
             Err(HarmonicError::Cancelled(stop)) => return Err(stop.into()),
             Err(error) => cause = error,
             Ok(found) => {
@@ -65,9 +69,10 @@ fn with_smoothing(
     working: &Working,
     problem: &Problem,
     smoothing: f64,
+    detail: f64,
 ) -> Result<Sourced, HarmonicError> {
     let (mesh, frames) = (&working.surface.mesh, &working.frames);
-    let field = ctx.stage(Stage::Field, |ctx| working.field(ctx, problem, smoothing))?;
+    let field = ctx.stage(Stage::Field, |ctx| working.field(ctx, problem, smoothing, detail))?;
     let corners = &working.surface.features.corners;
     let weight = vec![1.0; mesh.n_faces()];
     let system = ctx.stage(Stage::Map, |ctx| {
@@ -97,6 +102,67 @@ fn with_smoothing(
         let (surface, charts, _) = cut.finish()?;
         Ok(Sourced { surface, iso: charts.iso, graph, is_held, singularities: field.singularities() })
     })
+}
+
+/// A graph as it was given.
+pub(super) fn from_given(
+    ctx: &RunContext,
+    working: &Working,
+    problem: &Problem,
+    given: &GivenGraph,
+) -> Result<Sourced, HarmonicError> {
+    let mut cut = CutMesh::new(&working.surface, None);
+    let at = place(given, problem, &mut cut)?;
+    cut_edges(ctx, &mut cut, given, &at)?;
+    if let Some([a, b]) = open_boundary(&cut) {
+        let [p, q] = [a, b].map(|v| cut.position(v));
+        let cause = format!("no meta-edge runs along the boundary between {p} and {q}");
+        return Err(HarmonicError::Given { cause });
+    }
+    let mut is_node = vec![false; cut.n_vertices()];
+    let mut is_held = vec![false; cut.n_vertices()];
+    for (&v, vertex) in at.iter().zip(&given.vertices) {
+        is_node[v as usize] = true;
+        is_held[v as usize] = vertex.is_held;
+    }
+    let mut graph = given_graph(&cut, &is_node, given, &at)?;
+    if let Err(error) = graph.check_turning() {
+        // A model that is inside out has been turned: what was left is right.
+        graph.mirror();
+        if graph.check_turning().is_err() {
+            graph.mirror();
+            return Err(in_words(error, &graph, &at));
+        }
+    }
+    let is_open = given.edges.iter().all(|edge| edge.extent.is_none());
+    let wanted = (problem.wishes.adapts_count && is_open).then_some(problem.quads);
+    let extents: Vec<Option<i64>> =
+        graph.edges.iter().map(|edge| given.edges[cut.line[edge.path[0]] as usize].extent).collect();
+    graph.edges.iter_mut().for_each(|edge| edge.real = edge.length / problem.edge_length);
+    if let Err(error) = complete_integers(ctx, &mut graph, &extents, wanted) {
+        return Err(in_words(error, &graph, &at));
+    }
+    let mut iso = vec![Iso::None; 3 * cut.n_faces()];
+    for edge in graph.edges.iter().filter(|edge| edge.path.iter().all(|&h| cut.is_followed(h))) {
+        let line = |tag: u8| if tag % 2 == 0 { Iso::V } else { Iso::U };
+        for &h in &edge.path {
+            iso[h] = line(edge.tags[0]);
+            cut.twin(h).into_iter().for_each(|t| iso[t] = line(edge.tags[1]));
+        }
+    }
+    let (surface, _, _) = cut.finish()?;
+    let singularities = graph.singularities(&surface.mesh);
+    Ok(Sourced { surface, iso, graph, is_held, singularities })
+}
+
+/// A failure at a meta-face as one that names the given meta-vertices around it; `at` says where these are in the mesh.
+fn in_words(error: HarmonicError, graph: &SingularityGraph, at: &[u32]) -> HarmonicError {
+    use HarmonicError::{Given, OneSided, Open, Turning};
+    let (Turning { face, .. } | Open { face, .. } | OneSided { face, .. }) = error else { return error };
+    let name = |v: u32| at.iter().position(|&own| own == v).map_or_else(|| "?".to_owned(), |i| i.to_string());
+    let sides = graph.faces[face as usize].iter();
+    let around: Vec<String> = sides.map(|&side| name(graph.vertices[graph.start(side) as usize])).collect();
+    Given { cause: format!("{error} (around it are meta-vertices {})", around.join(", ")) }
 }
 
 /// Holds the vertices where lines of features and boundary cross or turn: both their coordinates are known.

@@ -59,19 +59,22 @@ impl Working {
         flags
     }
 
-    /// The field, between alignment with curvature (0) and smoothness (1).
+    /// The field, between alignment with curvature (0) and smoothness (1); 1 does without curvature. Detail smaller than
+    /// `detail` quad edges is averaged, and pairs of singularities nearer than about that are cancelled.
     pub(super) fn field(
         &self,
         ctx: &RunContext,
         problem: &Problem,
         smoothing: f64,
+        detail: f64,
     ) -> Result<CrossField, HarmonicError> {
         let (mesh, frames) = (&self.surface.mesh, &self.frames);
         let flags = self.followed(problem);
-        let is_guided = problem.wishes.align == Align::Curvature;
-        let guidance = is_guided.then(|| curvature_guidance(mesh, frames, &flags, AVERAGED * problem.edge_length));
+        let is_guided = problem.wishes.align == Align::Curvature && smoothing < 1.0;
+        let edge_length = detail * problem.edge_length;
+        let guidance = is_guided.then(|| curvature_guidance(mesh, frames, &flags, AVERAGED * edge_length));
         let options = FieldOptions {
-            edge_length: problem.edge_length,
+            edge_length,
             smoothing,
             branch_points: None,
             strokes: stroke_guidance(mesh, frames, &problem.strokes, problem.edge_length),

@@ -3,7 +3,7 @@
 use crate::engine::field::BranchOptions;
 use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, quad_cover, working_surface};
 use crate::engine::methods::{
-    BoundaryLines, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range,
+    BoundaryLines, Data, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range,
 };
 use crate::engine::problem::{Optimise, Problem};
 use crate::engine::run::{RunContext, Stage};
@@ -84,6 +84,7 @@ impl Method for QuadCover {
             curl_energy,
             rounding_energy,
             search_left_out,
+            details: Data::None,
         })))
     }
 }

@@ -3,16 +3,20 @@
 
 use std::borrow::Cow;
 use std::fmt::Write;
+use std::sync::Arc;
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value, json};
-use utoipa::openapi::schema::{AdditionalProperties, ObjectBuilder, Type};
+use utoipa::openapi::schema::{AdditionalProperties, Object, ObjectBuilder, Type};
 use utoipa::openapi::{Ref, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
-use crate::engine::methods::{self, Method, MethodRef, Parameter, Parameters, Range, STANDARD, Value as Given};
+use crate::engine::methods::{
+    self, Data, Method, MethodRef, Parameter, Parameters, Range, STANDARD, Shape, Value as Given,
+};
+use crate::service::wire::data::{data_of, json_of};
 use crate::service::wire::fields::Violations;
 use crate::service::wire::spec::ResolvedSpec;
 use crate::service::wire::spec::field::{Component, Field, Flag, FlagText, Kind, Values, json as raw};
@@ -150,6 +154,12 @@ fn read_one(
             let known = names.iter().find(|(known, _)| *known == name);
             Given::Choice(known.map_or("", |(known, _)| known))
         }),
+        Range::Data(shape) => violations.parse::<Value>(json).and_then(|json| {
+            let data = data_of(json);
+            let wrong = if data == Data::None { Vec::new() } else { (shape.check)(&data) };
+            wrong.iter().for_each(|(pointer, must)| violations.add(pointer, must));
+            wrong.is_empty().then(|| Given::Data(Arc::new(data)))
+        }),
     };
     if let Some(value) = value
         && !given.set(declared, parameter.name, value)
@@ -168,6 +178,7 @@ fn allowed(range: &Range) -> String {
             let names: Vec<String> = names.iter().map(|(name, _)| format!("`{name}`")).collect();
             names.join(" or ")
         }
+        Range::Data(_) => "data of its schema".to_owned(),
     }
 }
 
@@ -177,6 +188,7 @@ fn value(given: Given) -> Value {
         Given::Whole(n) => json!(n),
         Given::Switch(on) => json!(on),
         Given::Choice(name) => json!(name),
+        Given::Data(data) => json_of(&data),
     }
 }
 
@@ -185,7 +197,16 @@ fn values(method: &dyn Method, given: &Parameters) -> Map<String, Value> {
     method.parameters().iter().map(|p| (p.name.to_owned(), value(given.get(p)))).collect()
 }
 
+/// The schema that structured data declares; that of any object if it is not one of OpenAPI, which a test would show.
+fn declared_schema(shape: &Shape) -> ObjectBuilder {
+    let object = serde_json::from_str::<Object>(shape.schema);
+    object.map_or_else(|_| ObjectBuilder::new().schema_type(Type::Object), ObjectBuilder::from)
+}
+
 fn schema_of(parameter: &Parameter) -> ObjectBuilder {
+    if let Range::Data(shape) = parameter.range {
+        return declared_schema(shape);
+    }
     let object = ObjectBuilder::new().default(Some(value(parameter.range.default())));
     match parameter.range {
         Range::Number { least, most, .. } => object.schema_type(Type::Number).minimum(Some(least)).maximum(Some(most)),
@@ -194,6 +215,7 @@ fn schema_of(parameter: &Parameter) -> ObjectBuilder {
         }
         Range::Switch { .. } => object.schema_type(Type::Boolean),
         Range::Choice(names) => object.schema_type(Type::String).enum_values(Some(names.iter().map(|(name, _)| *name))),
+        Range::Data(_) => object,
     }
 }
 
