@@ -13,6 +13,7 @@ mod crashes;
 mod deadlines;
 mod draco;
 mod files;
+mod harmonic;
 mod life;
 mod lists;
 mod looks;

@@ -7,12 +7,12 @@
 //! w half the cotangent of the opposite angle. The row of a vertex is then the paper's equation for it, and the matrix is
 //! symmetric; where a corner is a meta-vertex, it goes to the right-hand side.
 
-use glam::{DVec2, I64Vec2};
+use glam::DVec2;
 
 use crate::engine::field::Frames;
 use crate::engine::mesh::{TriMesh, prev};
 use crate::engine::numerics::{Cholesky, HermitianMatrix, SolveError};
-use crate::engine::parameterize::{rotate, rotate_integer};
+use crate::engine::parameterize::rotate;
 
 /// Transitions across the halfedges of a mesh.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub(super) struct Charts<'a> {
     /// Quarter turns m per halfedge: `z_own = i^m z_twin + τ`.
     pub(super) rotation: &'a [u8],
     /// τ per halfedge, grid units.
-    pub(super) translation: &'a [I64Vec2],
+    pub(super) translation: &'a [DVec2],
 }
 
 /// What is known of a vertex, as one of its corners sees it.
@@ -32,10 +32,19 @@ pub(super) struct Hold {
 }
 
 /// From the chart of the first face around a vertex to that of a corner: `z ↦ i^quarters z + shift`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct FromRoot {
     quarters: u8,
-    shift: I64Vec2,
+    shift: DVec2,
+}
+
+/// A factored equation.
+#[derive(Clone, Debug)]
+pub(super) struct Factored {
+    /// Per real unknown its place in the equation; `u32::MAX` if it is held.
+    place: Vec<u32>,
+    n_free: usize,
+    factor: Option<Cholesky<f64>>,
 }
 
 /// The harmonic u and v of a system of charts.
@@ -52,11 +61,12 @@ impl<'a> ModifiedLaplacian<'a> {
         Self { mesh, from_root: from_root(mesh, charts), weight: half_cotangents(mesh, frames) }
     }
 
-    /// Values at all corners, in grid units, with the given ones held.
+    /// The equation of all vertices but those that are held, factored. Which unknowns are held follows from `holds`; their
+    /// values do not matter here.
     ///
     /// # Errors
     /// [`SolveError`] if nothing holds the map.
-    pub(super) fn solve(&self, holds: &[Hold]) -> Result<Vec<DVec2>, SolveError> {
+    pub(super) fn factor(&self, holds: &[Hold]) -> Result<Factored, SolveError> {
         let n = 2 * self.mesh.n_vertices();
         let known = self.known(holds);
         let mut place = vec![u32::MAX; n];
@@ -67,33 +77,54 @@ impl<'a> ModifiedLaplacian<'a> {
                 n_free += 1;
             }
         }
-        let (entries, right) = self.rows();
-        let mut lower = Vec::with_capacity(entries.len());
-        let mut x = vec![0.0; n_free as usize];
-        for (i, right) in right.iter().enumerate() {
-            if known[i].is_none() {
-                x[place[i] as usize] += right;
-            }
-        }
-        for (i, j, value) in entries {
-            let (i, j) = (i as usize, j as usize);
-            match (known[i], known[j]) {
-                (None, None) if place[i] >= place[j] => lower.push((place[i], place[j], value)),
-                (None, Some(held)) => x[place[i] as usize] -= value * held,
-                _ => {}
-            }
-        }
-        if n_free > 0 {
-            Cholesky::new(&HermitianMatrix::from_lower(n_free as usize, &lower))?.solve(&mut x);
-        }
-        let value = |i: usize| known[i].unwrap_or_else(|| x[place[i] as usize]);
-        let root: Vec<DVec2> = (0..n / 2).map(|v| DVec2::new(value(2 * v), value(2 * v + 1))).collect();
-        Ok((0..self.mesh.n_halfedges()).map(|c| self.at_corner(c, root[self.mesh.origin(c) as usize])).collect())
+        let (entries, _) = self.rows();
+        let free = |x: u32| place[x as usize];
+        let lower: Vec<(u32, u32, f64)> = entries
+            .iter()
+            .map(|&(i, j, value)| (free(i), free(j), value))
+            .filter(|&(i, j, _)| i != u32::MAX && j != u32::MAX && i >= j)
+            .collect();
+        let factor = match n_free {
+            0 => None,
+            n => Some(Cholesky::new(&HermitianMatrix::from_lower(n as usize, &lower))?),
+        };
+        Ok(Factored { place, n_free: n_free as usize, factor })
     }
 
-    fn at_corner(&self, corner: usize, root: DVec2) -> DVec2 {
+    /// Values at all corners, in grid units, with the given ones held.
+    ///
+    /// # Errors
+    /// [`SolveError`] if nothing holds the map.
+    #[cfg(test)]
+    pub(super) fn solve(&self, holds: &[Hold]) -> Result<Vec<DVec2>, SolveError> {
+        Ok(self.solve_with(&self.factor(holds)?, holds))
+    }
+
+    /// Values at all corners, in grid units. The factor may be that of another system with the same rotations and the same
+    /// unknowns held.
+    pub(super) fn solve_with(&self, factored: &Factored, holds: &[Hold]) -> Vec<DVec2> {
+        let Factored { place, n_free, factor } = factored;
+        let known = self.known(holds);
+        let (entries, right) = self.rows();
+        let mut x = vec![0.0; *n_free];
+        for (&place, right) in place.iter().zip(&right).filter(|(place, _)| **place != u32::MAX) {
+            x[place as usize] += right;
+        }
+        for (i, j, value) in entries {
+            if let (true, Some(held)) = (place[i as usize] != u32::MAX, known[j as usize]) {
+                x[place[i as usize] as usize] -= value * held;
+            }
+        }
+        factor.iter().for_each(|factor| factor.solve(&mut x));
+        let value = |i: usize| if place[i] == u32::MAX { known[i].unwrap_or(0.0) } else { x[place[i] as usize] };
+        let root: Vec<DVec2> =
+            (0..self.mesh.n_vertices()).map(|v| DVec2::new(value(2 * v), value(2 * v + 1))).collect();
+        (0..self.mesh.n_halfedges()).map(|c| self.at_corner(c, root[self.mesh.origin(c) as usize])).collect()
+    }
+
+    pub(super) fn at_corner(&self, corner: usize, root: DVec2) -> DVec2 {
         let from = self.from_root[corner];
-        rotate(root, from.quarters) + from.shift.as_dvec2()
+        rotate(root, from.quarters) + from.shift
     }
 
     /// Per real unknown its value, where it is held.
@@ -104,7 +135,7 @@ impl<'a> ModifiedLaplacian<'a> {
             let v = self.mesh.origin(hold.corner) as usize;
             for axis in 0..2 {
                 let Some(value) = hold.value[axis] else { continue };
-                let shifted = value - from.shift[axis] as f64;
+                let shifted = value - from.shift[axis];
                 let unit = rotate(if axis == 0 { DVec2::X } else { DVec2::Y }, (4 - from.quarters) & 3);
                 let to = usize::from(unit.y != 0.0);
                 known[2 * v + to] = Some(shifted * unit[to]);
@@ -133,7 +164,7 @@ impl<'a> ModifiedLaplacian<'a> {
                     _ => [(0, 1, -w), (1, 0, w)],
                 };
                 entries.extend(block.map(|(r, c, value)| (2 * i + r, 2 * j + c, value)));
-                let gap = rotate_integer(to.shift - from.shift, (4 - from.quarters) & 3).as_dvec2();
+                let gap = rotate(to.shift - from.shift, (4 - from.quarters) & 3);
                 right[2 * i as usize] += w * gap.x;
                 right[2 * i as usize + 1] += w * gap.y;
             }
@@ -153,7 +184,7 @@ fn from_root(mesh: &TriMesh, charts: &Charts<'_>) -> Vec<FromRoot> {
             let back = (4 - charts.rotation[p]) & 3;
             from = FromRoot {
                 quarters: (from.quarters + back) & 3,
-                shift: rotate_integer(from.shift - charts.translation[p], back),
+                shift: rotate(from.shift - charts.translation[p], back),
             };
         }
     }
@@ -165,7 +196,7 @@ fn from_root(mesh: &TriMesh, charts: &Charts<'_>) -> Vec<FromRoot> {
 const THINNEST: f64 = 1e-6;
 
 /// Half the cotangent of the angle opposite to each halfedge, in the metric of the frames.
-fn half_cotangents(mesh: &TriMesh, frames: &Frames) -> Vec<f64> {
+pub(super) fn half_cotangents(mesh: &TriMesh, frames: &Frames) -> Vec<f64> {
     let mut weight = vec![0.0; mesh.n_halfedges()];
     for f in 0..mesh.n_faces() {
         // The angle between sides k and k + 1 is opposite to side k + 2.

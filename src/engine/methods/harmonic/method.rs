@@ -1,10 +1,11 @@
 //! Discrete harmonic forms behind the door of all methods.
 
 use crate::engine::field::{BranchSearch, Frames};
+use crate::engine::methods::harmonic::conformal::conformal_extents;
 use crate::engine::methods::harmonic::error::HarmonicError;
 use crate::engine::methods::harmonic::given::{SHAPE, read};
 use crate::engine::methods::harmonic::report::{data_of, lies_on};
-use crate::engine::methods::harmonic::solve::{BoundaryValues, harmonic_map};
+use crate::engine::methods::harmonic::solve::BoundaryValues;
 use crate::engine::methods::harmonic::source::{Sourced, from_given, from_map};
 use crate::engine::methods::harmonic::working::Working;
 use crate::engine::methods::{
@@ -30,6 +31,15 @@ const BOUNDARY: Parameter = Parameter {
     ]),
 };
 
+const AIM: Parameter = Parameter {
+    name: "aim",
+    help: "What the integers of the graph are near to, where they are not given.",
+    range: Range::Choice(&[
+        ("lengths", "The lengths of the meta-edges."),
+        (CONFORMAL, "The real numbers that make the map as conformal as the graph allows."),
+    ]),
+};
+const CONFORMAL: &str = "conformal";
 const MOST_SINGULARITIES: Parameter = Parameter {
     name: "most_singularities",
     help: "The field is made smoother until it has at most this many singularities, as far as that helps; 0 leaves it as it is.",
@@ -58,7 +68,7 @@ impl Method for Harmonic {
     }
 
     fn parameters(&self) -> &'static [Parameter] {
-        &[GRAPH, BOUNDARY, MOST_SINGULARITIES]
+        &[GRAPH, AIM, BOUNDARY, MOST_SINGULARITIES]
     }
 
     fn level(&self) -> Level {
@@ -94,19 +104,25 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
         Value::Whole(n) if n > 0 => Some(n as usize),
         _ => None,
     };
-    let sourced = match read(&parameters.data(&GRAPH)) {
+    let mut sourced = match read(&parameters.data(&GRAPH)) {
         Ok(given) if lies_on(&given, problem) => from_given(ctx, &working, problem, &given)?,
         _ => from_map(ctx, &working, problem, most)?,
     };
-    let Sourced { surface, iso, graph, is_held, singularities } = sourced;
     let boundary = match parameters.get(&BOUNDARY) {
         Value::Choice(NATURAL) => BoundaryValues::Natural,
         _ => BoundaryValues::Linear,
     };
-    let scale = (graph.quads()? / surface.mesh.total_area()).sqrt();
+    let frames = Frames::new(&sourced.surface.mesh);
+    if parameters.get(&AIM) == Value::Choice(CONFORMAL)
+        && let Some(real) = conformal_extents(ctx, &sourced.on_mesh(&frames, boundary))?
+    {
+        sourced.graph.edges.iter_mut().zip(real).for_each(|(edge, real)| edge.real = real);
+    }
+    sourced.find_integers(ctx, problem)?;
+    let scale = (sourced.graph.quads()? / sourced.surface.mesh.total_area()).sqrt();
+    let mut grid = sourced.on_mesh(&frames, boundary).map()?;
+    let Sourced { surface, graph, is_held, singularities, .. } = sourced;
     let mesh = &surface.mesh;
-    let frames = Frames::new(mesh);
-    let mut grid = harmonic_map(mesh, &frames, &graph, &is_held, &iso, boundary)?;
     ctx.check()?;
     let before = measure_map(mesh, &frames, &grid, scale);
     let left = untangle(ctx, mesh, &frames, &mut grid, &is_held, scale)?;

@@ -3,7 +3,12 @@
 //! across the graph up to quarter turns and integers, are the map.
 
 mod charts;
+mod conformal;
+#[cfg(test)]
+mod conformal_tests;
 mod continuity;
+#[cfg(test)]
+mod continuity_tests;
 mod cut_mesh;
 mod error;
 mod given;
@@ -17,6 +22,8 @@ mod separatrices;
 mod solve;
 mod source;
 mod tag;
+#[cfg(test)]
+mod tests;
 mod working;
 
 pub use method::Harmonic;

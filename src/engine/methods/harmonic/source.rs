@@ -1,14 +1,16 @@
 //! Where the singularity graph comes from.
 
+use crate::engine::field::Frames;
 use crate::engine::mesh::{Surface, TriMesh, prev};
 use crate::engine::methods::harmonic::charts::SeamlessMap;
 use crate::engine::methods::harmonic::cut_mesh::CutMesh;
 use crate::engine::methods::harmonic::error::HarmonicError;
 use crate::engine::methods::harmonic::given::GivenGraph;
-use crate::engine::methods::harmonic::graph::{SingularityGraph, given_graph, graph_of};
+use crate::engine::methods::harmonic::graph::{MetaEdge, SingularityGraph, given_graph, graph_of};
 use crate::engine::methods::harmonic::meta_system::{complete_integers, find_integers};
 use crate::engine::methods::harmonic::routes::{cut_edges, open_boundary, place};
 use crate::engine::methods::harmonic::separatrices::cut_separatrices;
+use crate::engine::methods::harmonic::solve::{BoundaryValues, OnMesh};
 use crate::engine::methods::harmonic::working::Working;
 use crate::engine::parameterize::{GridMap, Iso, MapSystem, untangle};
 use crate::engine::problem::Problem;
@@ -32,6 +34,41 @@ pub(super) struct Sourced {
     /// Meta-vertices that are held: singular ones and corners.
     pub(super) is_held: Vec<bool>,
     pub(super) singularities: Vec<Singularity>,
+    /// Of a given graph.
+    pub(super) given: Option<GivenIntegers>,
+}
+
+/// What a given graph says of its integers.
+#[derive(Clone, Debug)]
+pub(super) struct GivenIntegers {
+    /// Per meta-edge its extent, where it is given.
+    extents: Vec<Option<i64>>,
+    /// Per given meta-vertex its vertex in the mesh.
+    at: Vec<u32>,
+}
+
+impl Sourced {
+    /// The graph on its mesh.
+    pub(super) fn on_mesh<'a>(&'a self, frames: &'a Frames, boundary: BoundaryValues) -> OnMesh<'a> {
+        let Self { surface, graph, is_held, iso, .. } = self;
+        OnMesh { mesh: &surface.mesh, frames, graph, is_held, iso, boundary }
+    }
+
+    /// Integers for the graph, near the real lengths of its edges.
+    ///
+    /// # Errors
+    /// [`HarmonicError`] with the meta-face and the equation if there are none.
+    pub(super) fn find_integers(&mut self, ctx: &RunContext, problem: &Problem) -> Result<(), HarmonicError> {
+        let wanted = problem.wishes.adapts_count.then_some(problem.quads);
+        match &self.given {
+            None => find_integers(ctx, &mut self.graph, &self.is_held, wanted),
+            Some(GivenIntegers { extents, at }) => {
+                let wanted = wanted.filter(|_| extents.iter().all(Option::is_none));
+                let completed = complete_integers(ctx, &mut self.graph, extents, wanted);
+                completed.map_err(|error| in_words(error, &self.graph, at))
+            }
+        }
+    }
 }
 
 /// The graph of separatrices of the seamless map of a smooth field. The field is as smooth as was asked for; where its map
@@ -95,12 +132,11 @@ fn with_smoothing(
         let mut cut = CutMesh::new(&working.surface, Some(map));
         cut_separatrices(&ctx.span(0.7, 0.8), &mut cut, &mut is_held)?;
         is_held.resize(cut.n_vertices(), false);
-        let mut graph = graph_of(&mut cut, &is_held)?;
+        let graph = graph_of(&mut cut, &is_held)?;
         graph.check_turning()?;
-        let wanted = problem.wishes.adapts_count.then_some(problem.quads);
-        find_integers(&ctx.span(0.8, 1.0), &mut graph, &is_held, wanted)?;
         let (surface, charts, _) = cut.finish()?;
-        Ok(Sourced { surface, iso: charts.iso, graph, is_held, singularities: field.singularities() })
+        let singularities = field.singularities();
+        Ok(Sourced { surface, iso: charts.iso, graph, is_held, singularities, given: None })
     })
 }
 
@@ -134,14 +170,9 @@ pub(super) fn from_given(
             return Err(in_words(error, &graph, &at));
         }
     }
-    let is_open = given.edges.iter().all(|edge| edge.extent.is_none());
-    let wanted = (problem.wishes.adapts_count && is_open).then_some(problem.quads);
-    let extents: Vec<Option<i64>> =
-        graph.edges.iter().map(|edge| given.edges[cut.line[edge.path[0]] as usize].extent).collect();
+    let of_edge = |edge: &MetaEdge| given.edges[cut.line[edge.path[0]] as usize].extent;
+    let extents = graph.edges.iter().map(of_edge).collect();
     graph.edges.iter_mut().for_each(|edge| edge.real = edge.length / problem.edge_length);
-    if let Err(error) = complete_integers(ctx, &mut graph, &extents, wanted) {
-        return Err(in_words(error, &graph, &at));
-    }
     let mut iso = vec![Iso::None; 3 * cut.n_faces()];
     for edge in graph.edges.iter().filter(|edge| edge.path.iter().all(|&h| cut.is_followed(h))) {
         let line = |tag: u8| if tag % 2 == 0 { Iso::V } else { Iso::U };
@@ -152,7 +183,8 @@ pub(super) fn from_given(
     }
     let (surface, _, _) = cut.finish()?;
     let singularities = graph.singularities(&surface.mesh);
-    Ok(Sourced { surface, iso, graph, is_held, singularities })
+    let given = Some(GivenIntegers { extents, at });
+    Ok(Sourced { surface, iso, graph, is_held, singularities, given })
 }
 
 /// A failure at a meta-face as one that names the given meta-vertices around it; `at` says where these are in the mesh.
