@@ -1,7 +1,10 @@
 //! A map whose transitions are quarter turns and any translations: what a singularity graph is taken from.
 
-use glam::DVec2;
+use std::f64::consts::FRAC_PI_2;
 
+use glam::{DVec2, I64Vec2};
+
+use crate::engine::field::Frames;
 use crate::engine::mesh::{TriMesh, next};
 use crate::engine::parameterize::{GridMap, Iso, rotate};
 
@@ -16,14 +19,15 @@ pub(super) struct SeamlessMap {
 
 impl SeamlessMap {
     /// The map with these corner values and the rotations and lines of another one; translations follow.
-    pub(super) fn new(mesh: &TriMesh, uv: Vec<DVec2>, like: GridMap) -> Self {
+    pub(super) fn new(mesh: &TriMesh, like: GridMap) -> Self {
+        let GridMap { uv, rotation, iso, .. } = like;
         let across = |h: usize| {
             let Some(t) = mesh.twin(h) else { return DVec2::ZERO };
-            let gap = |own: usize, other: usize| uv[own] - rotate(uv[other], like.rotation[h]);
+            let gap = |own: usize, other: usize| uv[own] - rotate(uv[other], rotation[h]);
             0.5 * (gap(h, next(t)) + gap(next(h), t))
         };
         let translation = (0..mesh.n_halfedges()).map(across).collect();
-        Self { uv, rotation: like.rotation, translation, iso: like.iso }
+        Self { uv, rotation, translation, iso }
     }
 
     /// The transition from the chart of the face of `h` to that of its twin, of a point.
@@ -42,4 +46,34 @@ impl SeamlessMap {
             }
         }
     }
+}
+
+/// A seamless map in the form of one with integers, to be untangled: corner values, rotations and lines; no translations.
+/// `direction` is the angle of ∇u per face, `is_followed` per halfedge whether it is to lie on a line.
+pub(super) fn seamless_grid(
+    mesh: &TriMesh,
+    frames: &Frames,
+    direction: &[f64],
+    is_followed: &[bool],
+    uv: Vec<DVec2>,
+) -> GridMap {
+    let mut rotation = vec![0u8; mesh.n_halfedges()];
+    for h in 0..mesh.n_halfedges() {
+        let Some(t) = mesh.twin(h).filter(|_| mesh.is_edge_owner(h)) else { continue };
+        // The edge is the same vector in both charts but for the rotation.
+        let (own, other) = (uv[next(h)] - uv[h], uv[t] - uv[next(t)]);
+        let fits = |m: u8| own.dot(rotate(other, m));
+        let m = (0..4).max_by(|&a, &b| fits(a).total_cmp(&fits(b)).then(b.cmp(&a))).unwrap_or(0);
+        (rotation[h], rotation[t]) = (m, (4 - m) & 3);
+    }
+    let iso = |h: usize| {
+        let quarter = ((frames.angle[h] - direction[h / 3]) / FRAC_PI_2).round() as i64;
+        match (is_followed[h], quarter % 2) {
+            (false, _) => Iso::None,
+            (true, 0) => Iso::V,
+            _ => Iso::U,
+        }
+    };
+    let iso = (0..mesh.n_halfedges()).map(iso).collect();
+    GridMap { uv, rotation, translation: vec![I64Vec2::ZERO; mesh.n_halfedges()], iso }
 }

@@ -114,14 +114,6 @@ impl CutMesh {
         fan
     }
 
-    /// The halfedge from one vertex to another, if they share an edge; the one of the other direction where only that
-    /// has a face.
-    pub(super) fn between(&self, a: u32, b: u32) -> Option<usize> {
-        let fan = self.fan(a);
-        let leaving = fan.iter().copied().find(|&h| self.origin(next(h)) == b);
-        leaving.or_else(|| fan.iter().map(|&h| prev(h)).find(|&h| self.origin(h) == b))
-    }
-
     /// Splits the edge of `h` at about `share` of its way from its origin; `z` is the map there, in the chart of the face of `h`.
     /// The new vertex is joined to the third corners of both faces, and the face of `h` keeps the half at its origin.
     pub(super) fn split_edge(&mut self, h: usize, share: f64, z: DVec2) -> u32 {

@@ -116,7 +116,7 @@ impl SingularityGraph {
 
     /// The tags of the same graph as seen from the other side of the surface, in charts whose u runs the other way.
     pub(super) fn mirror(&mut self) {
-        let mirrored = |tag: Tag| if tag % 2 == 0 { tag ^ 2 } else { tag };
+        let mirrored = |tag: Tag| if tag.is_multiple_of(2) { tag ^ 2 } else { tag };
         for edge in &mut self.edges {
             edge.tags = [mirrored(edge.tags[1]), mirrored(edge.tags[0])];
         }

@@ -2,7 +2,7 @@
 
 use crate::engine::field::Frames;
 use crate::engine::mesh::{Surface, TriMesh, prev};
-use crate::engine::methods::harmonic::charts::SeamlessMap;
+use crate::engine::methods::harmonic::charts::{SeamlessMap, seamless_grid};
 use crate::engine::methods::harmonic::cut_mesh::CutMesh;
 use crate::engine::methods::harmonic::error::HarmonicError;
 use crate::engine::methods::harmonic::given::GivenGraph;
@@ -112,25 +112,21 @@ fn with_smoothing(
     let field = ctx.stage(Stage::Field, |ctx| working.field(ctx, problem, smoothing, detail))?;
     let corners = &working.surface.features.corners;
     let weight = vec![1.0; mesh.n_faces()];
-    let system = ctx.stage(Stage::Map, |ctx| {
-        MapSystem::new(ctx, mesh, frames, &field, &working.followed(problem), corners, weight)
-    })?;
+    let followed = working.followed(problem);
+    let system = ctx.stage(Stage::Map, |ctx| MapSystem::new(ctx, mesh, frames, &field, &followed, corners, weight))?;
     ctx.stage(Stage::Round, |ctx| {
         let scale = 1.0 / problem.edge_length;
-        let rounded = system.round(&ctx.span(0.0, 0.5), mesh, scale)?;
-        let mut map = system.map(mesh, &rounded)?;
-        map.uv = system.seamless_corners().iter().map(|z| scale * z).collect();
+        let uv = system.seamless_corners().iter().map(|z| scale * z).collect();
+        let mut map = seamless_grid(mesh, frames, system.direction(), &followed, uv);
         let mut is_held: Vec<bool> = field.quarter_index.iter().map(|&q| q != 0).collect();
         corners.iter().for_each(|&v| is_held[v as usize] = true);
         hold_crossings(mesh, &map, &mut is_held);
-        if untangle(&ctx.span(0.5, 0.7), mesh, frames, &mut map, &is_held, scale)? > 0 {
-            return Err(HarmonicError::Fold);
-        }
-        let uv = std::mem::take(&mut map.uv);
-        let mut map = SeamlessMap::new(mesh, uv, map);
+        // Lines may pass by what stays folded; where one is lost or a meta-face does not turn once, another field is tried.
+        untangle(&ctx.span(0.0, 0.5), mesh, frames, &mut map, &is_held, scale)?;
+        let mut map = SeamlessMap::new(mesh, map);
         map.straighten();
         let mut cut = CutMesh::new(&working.surface, Some(map));
-        cut_separatrices(&ctx.span(0.7, 0.8), &mut cut, &mut is_held)?;
+        cut_separatrices(&ctx.span(0.5, 0.9), &mut cut, &mut is_held)?;
         is_held.resize(cut.n_vertices(), false);
         let graph = graph_of(&mut cut, &is_held)?;
         graph.check_turning()?;
@@ -175,7 +171,7 @@ pub(super) fn from_given(
     graph.edges.iter_mut().for_each(|edge| edge.real = edge.length / problem.edge_length);
     let mut iso = vec![Iso::None; 3 * cut.n_faces()];
     for edge in graph.edges.iter().filter(|edge| edge.path.iter().all(|&h| cut.is_followed(h))) {
-        let line = |tag: u8| if tag % 2 == 0 { Iso::V } else { Iso::U };
+        let line = |tag: u8| if tag.is_multiple_of(2) { Iso::V } else { Iso::U };
         for &h in &edge.path {
             iso[h] = line(edge.tags[0]);
             cut.twin(h).into_iter().for_each(|t| iso[t] = line(edge.tags[1]));

@@ -25,8 +25,7 @@ pub(super) struct Working {
     pub(super) surface: Surface,
     /// Per corner of the features the vertex of the problem's surface at the same place.
     pub(super) corner_of: BTreeMap<u32, u32>,
-    /// Per vertex the logarithm of the size of quads; empty if all are to be alike.
-    pub(super) log_size: Vec<f64>,
+    /// Charts in the metric in which quads of varying size are equal.
     pub(super) frames: Frames,
 }
 
@@ -46,7 +45,7 @@ impl Working {
             true => Frames::new(&surface.mesh),
             false => Frames::scaled(&surface.mesh, &log_size),
         };
-        Ok(Self { surface, corner_of, log_size, frames })
+        Ok(Self { surface, corner_of, frames })
     }
 
     /// Per halfedge, whether field and map follow it: features, and the boundary unless it is to be free.
