@@ -1,7 +1,9 @@
 //! Discrete harmonic forms behind the door of all methods.
 
 use crate::engine::field::{BranchSearch, Frames};
+use crate::engine::mesh::Surface;
 use crate::engine::methods::harmonic::conformal::conformal_extents;
+use crate::engine::methods::harmonic::cut_graph::{OnCutGraph, on_cut_graph};
 use crate::engine::methods::harmonic::error::HarmonicError;
 use crate::engine::methods::harmonic::given::{SHAPE, read};
 use crate::engine::methods::harmonic::report::{data_of, lies_on};
@@ -11,9 +13,10 @@ use crate::engine::methods::harmonic::working::Working;
 use crate::engine::methods::{
     BoundaryLines, Data, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range, Value,
 };
-use crate::engine::parameterize::{measure_map, untangle};
+use crate::engine::parameterize::{GridMap, measure_map, untangle};
 use crate::engine::problem::{Problem, WorkingMesh};
 use crate::engine::run::{RunContext, Stage};
+use crate::engine::topology::Singularity;
 
 const GRAPH: Parameter = Parameter {
     name: "graph",
@@ -95,6 +98,18 @@ fn is_given(parameters: &Parameters) -> bool {
     *parameters.data(&GRAPH) != Data::None
 }
 
+/// A harmonic map before it is untangled.
+struct Made {
+    surface: Surface,
+    grid: GridMap,
+    is_held: Vec<bool>,
+    singularities: Vec<Singularity>,
+    /// Grid units per model unit.
+    scale: f64,
+    n_integers: usize,
+    details: Data,
+}
+
 fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Result<MapProduct, HarmonicError> {
     if problem.wishes.working_mesh == WorkingMesh::Input {
         return Err(HarmonicError::OnInput);
@@ -104,10 +119,57 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
         Value::Whole(n) if n > 0 => Some(n as usize),
         _ => None,
     };
-    let mut sourced = match read(&parameters.data(&GRAPH)) {
-        Ok(given) if lies_on(&given, problem) => from_given(ctx, &working, problem, &given)?,
-        _ => from_map(ctx, &working, problem, most)?,
+    let made = match read(&parameters.data(&GRAPH)) {
+        Ok(given) if lies_on(&given, problem) => {
+            on_graph(ctx, problem, parameters, from_given(ctx, &working, problem, &given)?)?
+        }
+        _ => {
+            let sourced = from_map(ctx, &working, problem, most);
+            match sourced.and_then(|sourced| on_graph(ctx, problem, parameters, sourced)) {
+                Err(HarmonicError::Cancelled(stop)) => return Err(stop.into()),
+                Err(cause) => {
+                    tracing::debug!(%cause, "no graph of separatrices");
+                    let OnCutGraph { grid, is_held, singularities, scale } = on_cut_graph(ctx, &working, problem)?;
+                    let (surface, n_integers) = (working.surface.clone(), singularities.len());
+                    Made { surface, grid, is_held, singularities, scale, n_integers, details: Data::None }
+                }
+                Ok(made) => made,
+            }
+        }
     };
+    ctx.check()?;
+    let Made { surface, mut grid, is_held, singularities, scale, n_integers, details } = made;
+    let mesh = &surface.mesh;
+    let frames = Frames::new(mesh);
+    let before = measure_map(mesh, &frames, &grid, scale);
+    let left = untangle(ctx, mesh, &frames, &mut grid, &is_held, scale)?;
+    let mut measures = measure_map(mesh, &frames, &grid, scale);
+    measures.flipped = measures.flipped.max(left);
+    tracing::debug!(flipped_before = before.flipped, flipped = measures.flipped, "harmonic map");
+    Ok(MapProduct {
+        surface,
+        corner_of: working.corner_of,
+        grid,
+        boundary: BoundaryLines::OnGrid,
+        scale,
+        singularities,
+        n_integers,
+        measures,
+        branch_search: BranchSearch::default(),
+        curl_energy: 0.0,
+        rounding_energy: 0.0,
+        search_left_out: None,
+        details,
+    })
+}
+
+/// Integers for a graph, and its harmonic map.
+fn on_graph(
+    ctx: &RunContext,
+    problem: &Problem,
+    parameters: &Parameters,
+    mut sourced: Sourced,
+) -> Result<Made, HarmonicError> {
     let boundary = match parameters.get(&BOUNDARY) {
         Value::Choice(NATURAL) => BoundaryValues::Natural,
         _ => BoundaryValues::Linear,
@@ -120,29 +182,8 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
     }
     sourced.find_integers(ctx, problem)?;
     let scale = (sourced.graph.quads()? / sourced.surface.mesh.total_area()).sqrt();
-    let mut grid = sourced.on_mesh(&frames, boundary).map()?;
+    let grid = sourced.on_mesh(&frames, boundary).map()?;
     let Sourced { surface, graph, is_held, singularities, .. } = sourced;
-    let mesh = &surface.mesh;
-    ctx.check()?;
-    let before = measure_map(mesh, &frames, &grid, scale);
-    let left = untangle(ctx, mesh, &frames, &mut grid, &is_held, scale)?;
-    let mut measures = measure_map(mesh, &frames, &grid, scale);
-    measures.flipped = measures.flipped.max(left);
-    eprintln!("flipped {} -> {}", before.flipped, measures.flipped);
-    tracing::debug!(flipped_before = before.flipped, flipped = measures.flipped, "harmonic map");
-    Ok(MapProduct {
-        corner_of: working.corner_of,
-        grid,
-        boundary: BoundaryLines::OnGrid,
-        scale,
-        singularities,
-        n_integers: graph.edges.len(),
-        measures,
-        branch_search: BranchSearch::default(),
-        curl_energy: 0.0,
-        rounding_energy: 0.0,
-        search_left_out: None,
-        details: data_of(&graph, &surface.mesh, &is_held, problem.edge_length),
-        surface,
-    })
+    let details = data_of(&graph, &surface.mesh, &is_held, problem.edge_length);
+    Ok(Made { surface, grid, is_held, singularities, scale, n_integers: graph.edges.len(), details })
 }

@@ -9,6 +9,7 @@ mod conformal_tests;
 mod continuity;
 #[cfg(test)]
 mod continuity_tests;
+mod cut_graph;
 mod cut_mesh;
 mod error;
 mod given;

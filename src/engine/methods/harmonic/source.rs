@@ -21,6 +21,8 @@ use crate::engine::topology::Singularity;
 /// below which detail of the surface gives it no singularities ("the support of this estimator must be chosen sufficiently
 /// large", `[tong_2006]` section 3.2).
 const SMOOTHER: [(f64, f64); 6] = [(0.0, 1.0), (0.5, 1.5), (0.8, 2.0), (1.0, 3.0), (1.0, 5.0), (1.0, 8.0)];
+/// Attempts against folds alone: where three fields fold, features bend the map, which no field mends.
+const FOR_FOLDS: usize = 3;
 /// Each attempt takes this share of what is left of the progress: mostly the first one succeeds.
 const SHARE_OF_ATTEMPT: f64 = 0.7;
 
@@ -82,7 +84,8 @@ pub(super) fn from_map(
     let asked = problem.wishes.smoothing;
     let mut best: Option<Sourced> = None;
     let mut cause = HarmonicError::Fold;
-    for (share, detail) in SMOOTHER {
+    let attempts = if most.is_some() { SMOOTHER.len() } else { FOR_FOLDS };
+    for (share, detail) in SMOOTHER.into_iter().take(attempts) {
         let smoothing = asked + share * (1.0 - asked);
         match with_smoothing(&ctx.attempt(SHARE_OF_ATTEMPT), working, problem, smoothing, detail) {
             Err(HarmonicError::Cancelled(stop)) => return Err(stop.into()),
@@ -194,7 +197,7 @@ fn in_words(error: HarmonicError, graph: &SingularityGraph, at: &[u32]) -> Harmo
 }
 
 /// Holds the vertices where lines of features and boundary cross or turn: both their coordinates are known.
-fn hold_crossings(mesh: &TriMesh, map: &GridMap, is_held: &mut [bool]) {
+pub(super) fn hold_crossings(mesh: &TriMesh, map: &GridMap, is_held: &mut [bool]) {
     for v in 0..mesh.n_vertices() as u32 {
         let mut quarters = 0u8;
         let mut is_fixed = [false; 2];
