@@ -163,7 +163,7 @@ mod tests {
             ("kind", Value::Choice("c")),
             ("other", Value::Switch(true)),
         ] {
-            assert!(!parameters.set(DECLARED, name, value), "{name} {value:?}");
+            assert!(!parameters.set(DECLARED, name, value.clone()), "{name} {value:?}");
         }
         assert_eq!((parameters.number(&WEIGHT), parameters.get(&KIND)), (2.0, Value::Choice("b")));
         assert_eq!(parameters.get(&ROUNDS), Value::Whole(3));

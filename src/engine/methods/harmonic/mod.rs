@@ -11,8 +11,12 @@ mod continuity;
 mod continuity_tests;
 mod cut_graph;
 mod cut_mesh;
+#[cfg(test)]
+mod cut_mesh_tests;
 mod error;
 mod given;
+#[cfg(test)]
+mod given_tests;
 mod graph;
 mod meta_system;
 mod method;
