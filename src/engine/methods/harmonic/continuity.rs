@@ -10,7 +10,7 @@
 use glam::DVec2;
 
 use crate::engine::field::Frames;
-use crate::engine::mesh::{TriMesh, prev};
+use crate::engine::mesh::{TriMesh, next, prev};
 use crate::engine::numerics::{Cholesky, HermitianMatrix, SolveError};
 use crate::engine::parameterize::rotate;
 
@@ -146,15 +146,18 @@ impl<'a> ModifiedLaplacian<'a> {
 
     /// All entries (row, column, value) of the matrix and its right-hand side; unknowns 2 v and 2 v + 1 are u and v of vertex v.
     pub(super) fn rows(&self) -> (Vec<(u32, u32, f64)>, Vec<f64>) {
-        let mut entries = Vec::with_capacity(12 * self.mesh.n_halfedges());
-        let mut right = vec![0.0; 2 * self.mesh.n_vertices()];
+        let n = 2 * self.mesh.n_vertices();
+        let mut entries = Vec::with_capacity(4 * self.mesh.n_halfedges() + n);
+        let mut diagonal = vec![0.0; n];
+        let mut right = vec![0.0; n];
         for h in 0..self.mesh.n_halfedges() {
-            let n = crate::engine::mesh::next(h);
+            let end = next(h);
             let w = self.weight[h];
-            for (a, b) in [(h, n), (n, h)] {
+            for (a, b) in [(h, end), (end, h)] {
                 let (i, j) = (self.mesh.origin(a), self.mesh.origin(b));
                 let (from, to) = (self.from_root[a], self.from_root[b]);
-                entries.extend([(2 * i, 2 * i, w), (2 * i + 1, 2 * i + 1, w)]);
+                diagonal[2 * i as usize] += w;
+                diagonal[2 * i as usize + 1] += w;
                 // z_a − z_b = i^q (x_i − i^(p − q) x_j + i^−q (s_a − s_b)).
                 let quarters = (to.quarters + 4 - from.quarters) & 3;
                 let block = match quarters {
@@ -169,6 +172,7 @@ impl<'a> ModifiedLaplacian<'a> {
                 right[2 * i as usize + 1] += w * gap.y;
             }
         }
+        entries.extend((0..).zip(diagonal).map(|(x, value)| (x, x, value)));
         (entries, right)
     }
 }

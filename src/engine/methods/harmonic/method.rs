@@ -142,7 +142,7 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
     let mesh = &surface.mesh;
     let frames = Frames::new(mesh);
     let before = measure_map(mesh, &frames, &grid, scale);
-    let left = untangle(ctx, mesh, &frames, &mut grid, &is_held, scale)?;
+    let left = ctx.stage(Stage::Map, |ctx| untangle(ctx, mesh, &frames, &mut grid, &is_held, scale))?;
     let mut measures = measure_map(mesh, &frames, &grid, scale);
     measures.flipped = measures.flipped.max(left);
     tracing::debug!(flipped_before = before.flipped, flipped = measures.flipped, "harmonic map");
@@ -180,9 +180,9 @@ fn on_graph(
     {
         sourced.graph.edges.iter_mut().zip(real).for_each(|(edge, real)| edge.real = real);
     }
-    sourced.find_integers(ctx, problem)?;
+    ctx.stage(Stage::Round, |ctx| sourced.find_integers(ctx, problem))?;
     let scale = (sourced.graph.quads()? / sourced.surface.mesh.total_area()).sqrt();
-    let grid = sourced.on_mesh(&frames, boundary).map()?;
+    let grid = ctx.stage(Stage::Map, |_| sourced.on_mesh(&frames, boundary).map())?;
     let Sourced { surface, graph, is_held, singularities, .. } = sourced;
     let details = data_of(&graph, &surface.mesh, &is_held, problem.edge_length);
     Ok(Made { surface, grid, is_held, singularities, scale, n_integers: graph.edges.len(), details })
