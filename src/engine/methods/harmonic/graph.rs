@@ -173,7 +173,7 @@ pub(super) fn graph_of(cut: &mut CutMesh, is_node: &[bool]) -> Result<Singularit
 }
 
 /// The graph of the curves of a cut mesh whose lines are the edges of a given one, with its tags. `at` are the vertices of the
-/// mesh at which its meta-vertices are.
+/// mesh at which its meta-vertices are, `second` per edge the vertex after its first one.
 ///
 /// # Errors
 /// [`HarmonicError::Given`] with the meta-vertices around it if a part is no disc.
@@ -182,6 +182,7 @@ pub(super) fn given_graph(
     is_node: &[bool],
     given: &GivenGraph,
     at: &[u32],
+    second: &[u32],
 ) -> Result<SingularityGraph, HarmonicError> {
     let regions = Regions::new(cut);
     if let Some(open) = regions.first_open() {
@@ -192,8 +193,11 @@ pub(super) fn given_graph(
     }
     let mut graph = paths(cut, &regions, is_node);
     for edge in &mut graph.edges {
-        let own = &given.edges[cut.line[edge.path[0]] as usize];
-        let is_along = graph.vertices[edge.ends[0] as usize] == at[own.ends[0] as usize];
+        let line = cut.line[edge.path[0]] as usize;
+        let own = &given.edges[line];
+        let begins = graph.vertices[edge.ends[0] as usize] == at[own.ends[0] as usize];
+        // The path of an edge that is closed may have been found against its direction.
+        let is_along = begins && (edge.ends[0] != edge.ends[1] || cut.origin(next(edge.path[0])) == second[line]);
         edge.tags = if is_along { own.tags } else { [own.tags[1], own.tags[0]] };
     }
     Ok(graph)

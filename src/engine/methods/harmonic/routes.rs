@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::engine::mesh::{NONE, closest_on_segment, closest_on_triangle, next, prev};
+use crate::engine::mesh::{NONE, closest_on_triangle, next, prev};
 use crate::engine::methods::harmonic::cut_mesh::CutMesh;
 use crate::engine::methods::harmonic::error::HarmonicError;
 use crate::engine::methods::harmonic::given::{GivenGraph, Place};
@@ -73,7 +73,7 @@ fn vertex_at(cut: &mut CutMesh, p: DVec3, taken: &[u32]) -> u32 {
     cut.split_face(f, weights, cut.map.uv[3 * f])
 }
 
-/// Cuts all edges of a graph into the mesh; edge i is line i.
+/// Cuts all edges of a graph into the mesh; edge i is line i. Per edge, the vertex after its first one.
 ///
 /// # Errors
 /// [`HarmonicError::Given`] if an edge has no way.
@@ -82,70 +82,69 @@ pub(super) fn cut_edges(
     cut: &mut CutMesh,
     graph: &GivenGraph,
     at: &[u32],
-) -> Result<(), HarmonicError> {
+) -> Result<Vec<u32>, HarmonicError> {
+    let mut second = Vec::with_capacity(graph.edges.len());
     for (i, edge) in graph.edges.iter().enumerate() {
-        ctx.check()?;
         let [from, to] = edge.ends.map(|end| at[end as usize]);
-        let ends = [from, to].map(|v| cut.position(v));
-        let guide = Guide::new(ends, &edge.path);
-        let is_node = |v: u32| at.contains(&v);
-        let along = way_along(cut, &guide, from, to, is_node);
-        let across = match from == to {
-            true => None,
-            false => way_across(cut, &guide, from, to),
-        };
-        match (along, across) {
-            (Some((length, edges)), across) if across.as_ref().is_none_or(|a| length <= ACROSS * a.0) => {
-                edges.into_iter().for_each(|h| cut.mark(h, i as u32));
-            }
-            (_, Some((_, gates))) => cut_across(cut, from, &gates, i as u32),
-            _ => {
-                let [a, b] = edge.ends;
-                let cause =
-                    format!("meta-edge {i} from meta-vertex {a} to {b} has no way that crosses no earlier edge");
-                return Err(HarmonicError::Given { cause });
+        let mut tip = from;
+        for &p in &edge.path {
+            ctx.check()?;
+            let stop = nearest_vertex(cut, tip, p);
+            if stop != to && !at.contains(&stop) && !cut.is_on_line(stop) {
+                let is_reached = cut_way(cut, tip, stop, at, i as u32);
+                tip = if is_reached { stop } else { tip };
             }
         }
+        if !cut_way(cut, tip, to, at, i as u32) {
+            let [a, b] = edge.ends;
+            let cause = format!("meta-edge {i} from meta-vertex {a} to {b} has no way that crosses no earlier edge");
+            return Err(HarmonicError::Given { cause });
+        }
+        let own = cut.fan(from).into_iter().find(|&h| cut.line[h] == i as u32);
+        let before = || cut.fan(from).into_iter().map(prev).find(|&h| cut.line[h] == i as u32).map(|h| cut.origin(h));
+        second.push(own.map(|h| cut.origin(next(h))).or_else(before).unwrap_or(to));
     }
-    Ok(())
+    Ok(second)
 }
 
-/// Where an edge is to run.
-struct Guide {
-    path: Vec<DVec3>,
+/// The vertex nearest to `p` that is reached from `start` by edges that come nearer all the time.
+fn nearest_vertex(cut: &CutMesh, start: u32, p: DVec3) -> u32 {
+    let mut at = start;
+    loop {
+        let fan = cut.fan(at);
+        let around = fan.iter().flat_map(|&h| [cut.origin(next(h)), cut.origin(prev(h))]);
+        let away = |v: u32| cut.position(v).distance_squared(p);
+        match around.min_by(|&a, &b| away(a).total_cmp(&away(b)).then(a.cmp(&b))) {
+            Some(v) if away(v) < away(at) => at = v,
+            _ => return at,
+        }
+    }
 }
 
-impl Guide {
-    fn new([from, to]: [DVec3; 2], path: &[DVec3]) -> Self {
-        match path {
-            [] => Self { path: Vec::new() },
-            _ => Self { path: std::iter::once(from).chain(path.iter().copied()).chain([to]).collect() },
-        }
+/// Cuts the shortest way between two vertices; whether there is one.
+fn cut_way(cut: &mut CutMesh, from: u32, to: u32, nodes: &[u32], line: u32) -> bool {
+    if from == to {
+        return false;
     }
-
-    /// What a step of this length at this place costs: more, the further away it is from the path.
-    fn cost(&self, length: f64, at: DVec3) -> f64 {
-        if self.path.is_empty() {
-            return length;
+    let along = way_along(cut, from, to, |v| nodes.contains(&v));
+    // No way is shorter than the straight line.
+    let straight = cut.position(from).distance(cut.position(to));
+    let across = match &along {
+        Some((length, _)) if *length <= ACROSS * straight => None,
+        _ => way_across(cut, from, to),
+    };
+    match (along, across) {
+        (Some((length, edges)), across) if across.as_ref().is_none_or(|a| length <= ACROSS * a.0) => {
+            edges.into_iter().for_each(|h| cut.mark(h, line));
         }
-        let away = |p: &[DVec3]| closest_on_segment(at, p[0], p[1]).1.distance(at);
-        let nearest = self.path.windows(2).map(away).fold(f64::INFINITY, f64::min);
-        // Square distances keep a way near the path where it is longer than a shortcut.
-        length * (1.0 + (nearest / length.max(f64::MIN_POSITIVE)).powi(2))
+        (_, Some((_, gates))) => cut_across(cut, from, &gates, line),
+        _ => return false,
     }
+    true
 }
 
 /// The shortest way along edges that are on no line, through vertices that are on none.
-fn way_along(
-    cut: &CutMesh,
-    guide: &Guide,
-    from: u32,
-    to: u32,
-    is_node: impl Fn(u32) -> bool,
-) -> Option<(f64, Vec<usize>)> {
-    if from == to {
-        return None;
-    }
+fn way_along(cut: &CutMesh, from: u32, to: u32, is_node: impl Fn(u32) -> bool) -> Option<(f64, Vec<usize>)> {
     let mut search = PathSearch::new(cut.n_vertices());
     search.start(from, 0.0);
     while let Some((here, v)) = search.nearest() {
@@ -158,16 +157,16 @@ fn way_along(
         }
         for h in cut.fan(v).into_iter().flat_map(|h| [h, prev(h)]).filter(|&h| !cut.is_line(h)) {
             let w = if cut.origin(h) == v { cut.origin(next(h)) } else { cut.origin(h) };
-            let (p, q) = (cut.position(v), cut.position(w));
+            let length = cut.position(v).distance(cut.position(w));
             let factor = if cut.is_followed(h) { FOLLOWED } else { 1.0 };
-            search.reach(w, here + factor * guide.cost(p.distance(q), p.midpoint(q)), h as u32, v);
+            search.reach(w, here + factor * length, h as u32, v);
         }
     }
     None
 }
 
 /// The shortest way from face to face across edges that are on no line, as the halfedges that it leaves faces by.
-fn way_across(cut: &CutMesh, guide: &Guide, from: u32, to: u32) -> Option<(f64, Vec<usize>)> {
+fn way_across(cut: &CutMesh, from: u32, to: u32) -> Option<(f64, Vec<usize>)> {
     let centre = |f: usize| (0..3).map(|k| cut.position(cut.origin(3 * f + k))).sum::<DVec3>() / 3.0;
     let mut search = PathSearch::new(cut.n_faces());
     for h in cut.fan(from) {
@@ -183,8 +182,8 @@ fn way_across(cut: &CutMesh, guide: &Guide, from: u32, to: u32) -> Option<(f64, 
         }
         for h in (3 * f..3 * f + 3).filter(|&h| !cut.is_line(h)) {
             let Some(t) = cut.twin(h).filter(|&t| !starts.contains(&(t / 3))) else { continue };
-            let (p, q) = (centre(f), centre(t / 3));
-            search.reach((t / 3) as u32, here + guide.cost(p.distance(q), p.midpoint(q)), h as u32, f as u32);
+            let length = centre(f).distance(centre(t / 3));
+            search.reach((t / 3) as u32, here + length, h as u32, f as u32);
         }
     }
     None

@@ -148,7 +148,7 @@ pub(super) fn from_given(
 ) -> Result<Sourced, HarmonicError> {
     let mut cut = CutMesh::new(&working.surface, None);
     let at = place(given, problem, &mut cut)?;
-    cut_edges(ctx, &mut cut, given, &at)?;
+    let second = cut_edges(ctx, &mut cut, given, &at)?;
     if let Some([a, b]) = open_boundary(&cut) {
         let [p, q] = [a, b].map(|v| cut.position(v));
         let cause = format!("no meta-edge runs along the boundary between {p} and {q}");
@@ -160,7 +160,7 @@ pub(super) fn from_given(
         is_node[v as usize] = true;
         is_held[v as usize] = vertex.is_held;
     }
-    let mut graph = given_graph(&cut, &is_node, given, &at)?;
+    let mut graph = given_graph(&cut, &is_node, given, &at, &second)?;
     if let Err(error) = graph.check_turning() {
         // A model that is inside out has been turned: what was left is right.
         graph.mirror();
