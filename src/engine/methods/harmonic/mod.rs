@@ -20,6 +20,7 @@ mod given_tests;
 mod graph;
 mod meta_system;
 mod method;
+mod outline;
 mod regions;
 mod report;
 mod routes;

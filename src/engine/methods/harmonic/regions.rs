@@ -1,6 +1,6 @@
 //! The parts into which curves cut a mesh.
 
-use crate::engine::mesh::{NONE, prev};
+use crate::engine::mesh::NONE;
 use crate::engine::methods::harmonic::cut_mesh::CutMesh;
 
 /// The connected parts of a mesh without its curves.
@@ -53,7 +53,6 @@ impl Regions {
             for f in sectors {
                 euler[of_face[f] as usize] += 1;
             }
-            debug_assert!(fan.iter().all(|&h| cut.origin(h) == v && prev(h) != h));
         }
         Self { of_face, euler }
     }
