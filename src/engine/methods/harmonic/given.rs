@@ -12,7 +12,7 @@ const MOST_UNITS: f64 = 65_536.0;
 
 /// The shape of the parameter.
 pub(super) const SHAPE: Shape = Shape {
-    schema: r#"{"type": "object", "required": ["vertices", "edges"], "additionalProperties": false, "properties": {
+    schema: r#"{"type": ["object", "null"], "required": ["vertices", "edges"], "additionalProperties": false, "properties": {
         "vertices": {"type": "array", "description": "Meta-vertices: a place [x, y, z] in model units, which goes to the nearest vertex of the working mesh, a vertex of the input by its number from 0, or an object with `at` (one of these) and `held`, whether the map puts it on its integer point (default true).", "items": {}},
         "edges": {"type": "array", "description": "Meta-edges, which cut the surface into discs.", "items": {"type": "object", "required": ["ends", "tags"], "additionalProperties": false, "properties": {
             "ends": {"type": "array", "description": "Numbers of the meta-vertices at its ends, from 0.", "minItems": 2, "maxItems": 2, "items": {"type": "integer", "minimum": 0}},

@@ -136,7 +136,7 @@ pub(super) const PARAMETERS: Field = Field {
         }
     },
     write: |spec| raw(&values(spec.spec.method.0, &spec.spec.parameters)),
-    summary: |spec| values(spec.spec.method.0, &spec.spec.parameters).into(),
+    summary: |spec| outlines(spec.spec.method.0, &spec.spec.parameters).into(),
 };
 
 fn read_one(
@@ -195,6 +195,25 @@ fn value(given: Given) -> Value {
 /// Every parameter of a method with its value: the given one, or else the default.
 fn values(method: &dyn Method, given: &Parameters) -> Map<String, Value> {
     method.parameters().iter().map(|p| (p.name.to_owned(), value(given.get(p)))).collect()
+}
+
+/// The same, with numbers of elements in the place of lists inside structured data, which may be long.
+fn outlines(method: &dyn Method, given: &Parameters) -> Map<String, Value> {
+    let outline = |p: &Parameter| match given.get(p) {
+        Given::Data(data) => outline(&data),
+        other => value(other),
+    };
+    method.parameters().iter().map(|p| (p.name.to_owned(), outline(p))).collect()
+}
+
+fn outline(data: &Data) -> Value {
+    match data {
+        Data::List(values) => json!(values.len()),
+        Data::Record(fields) => {
+            fields.iter().map(|(name, data)| (name.clone(), outline(data))).collect::<Map<_, _>>().into()
+        }
+        other => json_of(other),
+    }
 }
 
 /// The schema that structured data declares; that of any object if it is not one of OpenAPI, which a test would show.

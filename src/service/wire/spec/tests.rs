@@ -3,7 +3,10 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
+use utoipa::openapi::schema::Object;
+
 use super::*;
+use crate::engine::methods::{Range, STANDARD};
 use crate::engine::pipeline::{Boundary, Preserve, RemeshSpec, Target};
 use crate::service::wire::{LevelName, Violation};
 
@@ -30,7 +33,7 @@ fn an_empty_spec_is_the_engines_default() {
 fn all_violations_are_reported_at_once() {
     let spec = json!({
         "target": {"quads": 0}, "smoothing": 2, "colour": 1, "features": {"angle": -1, "corner": true},
-        "seed": "x", "tags": ["", "good", "x".repeat(65)], "method": "harmonic", "symmetry": ["w"],
+        "seed": "x", "tags": ["", "good", "x".repeat(65)], "method": "layout", "symmetry": ["w"],
         "strokes": [[[0, 0, 0]]], "accept": {"level": "L7", "count": -1}, "params": {"fidelity": "loose"}, "field": {}
     });
     let expected = [
@@ -108,6 +111,32 @@ fn parameters_are_judged_by_their_method_and_have_its_defaults() {
         assert_eq!(pointers(json!({ "params": params })), [pointer]);
     }
     assert_eq!(pointers(json!({"method": "triangle-pairs", "params": {"fidelity": "no"}})), ["/params/fidelity"]);
+}
+
+#[test]
+fn structured_parameters_declare_schemas_of_openapi_and_may_be_left_out() {
+    let all = STANDARD.iter().flat_map(|method| method.parameters());
+    let shapes = all.filter_map(|parameter| match parameter.range {
+        Range::Data(shape) => Some(shape),
+        _ => None,
+    });
+    let mut found = 0;
+    for shape in shapes {
+        let schema: Object = serde_json::from_str(shape.schema).unwrap();
+        assert!(!schema.properties.is_empty());
+        assert!(schema.required.iter().all(|name| schema.properties.contains_key(name)));
+        found += 1;
+    }
+    assert!(found > 0);
+    let graph =
+        |spec: Value| serde_json::to_value(resolve(&spec).unwrap().summary()).unwrap()["params"]["graph"].clone();
+    assert_eq!(graph(json!({"method": "harmonic"})), Value::Null);
+    assert_eq!(graph(json!({"method": "harmonic", "params": {"graph": null}})), Value::Null);
+    let edge = json!({"ends": [0, 1], "tags": ["u", "-u"]});
+    let short = json!({"method": "harmonic", "params": {"graph": {"vertices": [0, 5, 7], "edges": [edge]}}});
+    assert_eq!(graph(short), json!({"vertices": 3, "edges": 1}), "jobs do not carry the whole of it");
+    let wrong = json!({"method": "harmonic", "params": {"graph": {"vertices": [0], "edges": [{"ends": [0, 1]}]}}});
+    assert_eq!(pointers(wrong), ["/params/graph/edges/0/ends"]);
 }
 
 #[test]
