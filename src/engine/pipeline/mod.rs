@@ -10,6 +10,8 @@ mod error;
 mod finding;
 mod inspect;
 mod judged;
+mod make;
+mod make_symmetric;
 mod outcome;
 mod plan;
 mod polish;
@@ -23,12 +25,14 @@ mod sizing;
 mod solve;
 mod spec;
 mod sure;
+mod surface;
 mod symmetry;
 #[cfg(test)]
 mod tests;
 
 pub use crate::engine::attributes::{Preserve, QuadAttributes};
 pub use crate::engine::certify::QuadReport;
+pub use crate::engine::field::{GivenBranchPoints, GivenField, GivenMatching, GivenVectors};
 pub use crate::engine::methods::Level;
 pub use crate::engine::problem::{Align, Boundary, Optimise, WorkingMesh};
 pub use check::{RunFindings, check};

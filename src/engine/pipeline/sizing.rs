@@ -1,6 +1,6 @@
 //! How large the quads are to be where: the wishes of a spec on one surface.
 
-use crate::engine::field::{colour_size, curvature_sizes, graded_sizes};
+use crate::engine::field::{FrameField, colour_size, curvature_sizes, graded_sizes};
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::pipeline::spec::RemeshSpec;
@@ -14,6 +14,7 @@ pub(super) fn sizes(
     origin: &[u32],
     soup: &TriangleSoup,
     spec: &RemeshSpec,
+    field: Option<&FrameField>,
     edge_length: f64,
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<f64>, Cancelled> {
@@ -25,6 +26,9 @@ pub(super) fn sizes(
         for (wanted, size) in wanted.iter_mut().zip(curvature_sizes(mesh, &flags, edge_length)) {
             *wanted += share * size;
         }
+    }
+    if let Some(field) = field {
+        wanted.iter_mut().zip(field.sizes(mesh)).for_each(|(wanted, size)| *wanted += size);
     }
     if spec.density_from_vertex_colour {
         if soup.colours.is_empty() {

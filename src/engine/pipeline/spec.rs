@@ -1,8 +1,11 @@
 //! What a user may ask for (docs/contract.md, section 3), validated by the service before the engine sees it.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::engine::attributes::Preserve;
+use crate::engine::field::{GivenBranchPoints, GivenField};
 use crate::engine::methods::{MethodRef, Parameters};
 use crate::engine::problem::{Align, Boundary, Optimise, Wishes, WorkingMesh};
 
@@ -86,6 +89,8 @@ pub struct RemeshSpec {
     pub smoothing: f64,
     /// Directions to follow, polylines in model units.
     pub strokes: Vec<Vec<DVec3>>,
+    /// A field to follow instead of one from curvature, per polygon of the input.
+    pub field: Option<Arc<GivenField>>,
     /// Branch points.
     pub optimise: Optimise,
     /// Axes (0, 1, 2, each at most once) across which the quads are to be exactly their own mirror image.
@@ -106,13 +111,19 @@ impl RemeshSpec {
         self.adapt_count && matches!(self.target, Target::Quads(_))
     }
 
+    /// Whether branch points are searched for.
+    pub fn searches(&self) -> bool {
+        let is_kept = self.field.as_ref().is_some_and(|field| field.branch_points == GivenBranchPoints::Keep);
+        self.optimise != Optimise::None && !is_kept
+    }
+
     /// What is asked of every component alike.
     pub fn wishes(&self) -> Wishes {
         Wishes {
             boundary: self.boundary,
             align: self.align,
             smoothing: self.smoothing,
-            optimise: self.optimise,
+            optimise: if self.searches() { self.optimise } else { Optimise::None },
             working_mesh: self.working_mesh,
             adapts_count: self.adapt_count,
         }
@@ -135,6 +146,7 @@ impl Default for RemeshSpec {
             align: Align::default(),
             smoothing: 0.5,
             strokes: Vec::new(),
+            field: None,
             optimise: Optimise::default(),
             symmetry: Vec::new(),
             working_mesh: WorkingMesh::default(),

@@ -5,6 +5,8 @@
 pub enum Fault {
     /// The input cannot be used; another input can.
     Input,
+    /// What the request says of the input does not fit it.
+    Request,
     /// The request cannot be met on this input.
     Unsatisfiable,
     /// A limit on size or memory was reached.

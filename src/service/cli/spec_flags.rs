@@ -4,15 +4,19 @@
 //! wording of its refusals.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
+use crate::engine::pipeline::{GivenBranchPoints, GivenField};
 use crate::service::cli::failure::Failure;
 use crate::service::cli::files;
-use crate::service::wire::{FIELDS, Field, Flag, FlagText, Problem, ResolvedSpec, SPEC_BYTES, SpecTable};
+use crate::service::formats::{FieldFormat, read_field, read_matchings};
+use crate::service::wire::{
+    FIELDS, Field, Flag, FlagText, Problem, ResolvedSpec, SPEC_BYTES, SpecTable, json_of_field,
+};
 
 const SPEC: &str = "spec";
 /// Stands for a list without names.
@@ -25,6 +29,8 @@ pub(super) struct SpecFlags {
     spec: Option<PathBuf>,
     /// JSON texts by the names of their fields.
     fields: BTreeMap<&'static str, String>,
+    /// Files with given fields by the names of their fields.
+    files: BTreeMap<&'static str, PathBuf>,
 }
 
 impl SpecFlags {
@@ -40,7 +46,11 @@ impl SpecFlags {
             Some(path) => files::read(path, SPEC_BYTES as u64)
                 .map_err(|failure| Failure::Usage(failure.line().unwrap_or_default()))?,
         };
-        Ok(ResolvedSpec::with_flags(&text, &self.fields).map_err(Problem::invalid_spec)?)
+        let mut fields = self.fields.clone();
+        for (&name, path) in &self.files {
+            fields.insert(name, field_json(path)?);
+        }
+        Ok(ResolvedSpec::with_flags(&text, &fields).map_err(Problem::invalid_spec)?)
     }
 }
 
@@ -79,6 +89,10 @@ impl FromArgMatches for SpecFlags {
             for flag in field.flags {
                 if matches.value_source(flag.name) == Some(ValueSource::CommandLine) {
                     let texts: Vec<&String> = matches.get_many(flag.name).into_iter().flatten().collect();
+                    if field.values.flag_text() == FlagText::FieldFile {
+                        self.files.extend(texts.first().map(|path| (field.name, PathBuf::from(path.as_str()))));
+                        continue;
+                    }
                     let json = json(field.values.flag_text(), &texts);
                     let json = flag.member.map_or_else(|| json.clone(), |member| format!("{{\"{member}\": {json}}}"));
                     self.fields.insert(field.name, json);
@@ -87,6 +101,28 @@ impl FromArgMatches for SpecFlags {
         }
         Ok(())
     }
+}
+
+/// Most bytes of a file with a field: 10 million faces.
+const FIELD_BYTES: u64 = 2 << 30;
+
+/// The JSON of a field from its file; matchings are read from the file of the same name that ends in `.matching`, where
+/// there is one beside a `.rawfield`.
+fn field_json(path: &Path) -> Result<String, Failure> {
+    let usage = |text: String| Failure::Usage(format!("{}: {text}", path.display()));
+    let read =
+        |path: &Path| files::read(path, FIELD_BYTES).map_err(|failure| usage(failure.line().unwrap_or_default()));
+    let format = files::extension(path)
+        .and_then(FieldFormat::from_extension)
+        .ok_or_else(|| usage(format!("fields are read from {}", FieldFormat::ENDINGS)))?;
+    let vectors = read_field(&read(path)?, format).map_err(|error| usage(error.to_string()))?;
+    let beside = path.with_extension("matching");
+    let matchings = match format == FieldFormat::RawField && beside.is_file() {
+        true => read_matchings(&read(&beside)?).map_err(|error| usage(error.to_string()))?,
+        false => Vec::new(),
+    };
+    let field = GivenField { vectors, matchings, branch_points: GivenBranchPoints::Keep };
+    json_of_field(field).map_err(|error| usage(error.to_string()))
 }
 
 /// `quadrille spec`: the table of fields.
@@ -115,7 +151,7 @@ fn arg(field: &Field, flag: &Flag) -> Arg {
     let arg = Arg::new(flag.name).long(flag.name).value_name(flag.value).help(help).allow_negative_numbers(true);
     let values = || choices.iter().map(|&(name, help)| PossibleValue::new(name).help(help));
     match kind {
-        FlagText::Number => arg,
+        FlagText::Number | FlagText::FieldFile => arg,
         FlagText::Switch => arg
             .num_args(0..=1)
             .require_equals(true)
@@ -138,7 +174,7 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
     let text = texts.first().map(|text| text.as_str()).unwrap_or_default();
     match kind {
         FlagText::Switch => text.to_owned(),
-        FlagText::Name => quoted(text),
+        FlagText::Name | FlagText::FieldFile => quoted(text),
         FlagText::Names => {
             let names: Vec<String> = texts.iter().filter(|name| **name != NONE).map(|name| quoted(name)).collect();
             format!("[{}]", names.join(","))

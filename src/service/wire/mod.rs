@@ -26,6 +26,6 @@ pub use spec::{
     Accept, Axis, Choice, JobOptions, MethodName, Named, Output, ResolvedSpec, SPEC_BYTES, SpecDocument, SpecSummary,
     SpecTable, SymmetryAxis,
 };
-pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText, defaults_of, own_schema};
+pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText, defaults_of, json_of_field, own_schema};
 pub use violation::Violation;
 pub use warning::WarningBody;

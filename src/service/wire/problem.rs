@@ -221,6 +221,7 @@ impl std::error::Error for Problem {}
 pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option<StopReason>) -> Problem {
     let kind = match error.fault() {
         Fault::Input => ProblemKind::MeshRejected,
+        Fault::Request => ProblemKind::InvalidSpec,
         Fault::Unsatisfiable => ProblemKind::NoQuadMesh,
         Fault::Limit => ProblemKind::MeshTooLarge,
         // Where a run happened to be when it was stopped is not where anything is wrong.

@@ -39,7 +39,7 @@ const SEARCHED: f64 = 0.72;
 /// Crosses are looked for within this many quad edges.
 const REACH: f64 = 0.5;
 
-/// The field on the working surface. Where branch points are searched for and the working mesh is much finer than the
+/// The field on the working surface: a given one as it is, or as what the search begins with. Where branch points are searched for and the working mesh is much finer than the
 /// quads, the search is done on a coarse mesh; on the working mesh they then only take their last few steps.
 pub(super) fn solve_field(
     ctx: &RunContext,
@@ -48,6 +48,13 @@ pub(super) fn solve_field(
     strokes: Option<StrokeGuidance>,
     options: &QuadCoverOptions,
 ) -> Result<(CrossField, BranchSearch), QuadCoverError> {
+    if let Some(given) = options.exact() {
+        return Ok((given.crosses(&working.mesh, frames, &options.followed(working)), BranchSearch::default()));
+    }
+    if let Some(given) = &options.field {
+        let start = given.start(&working.mesh, frames);
+        return on_mesh(ctx, working, frames, strokes, Some(start), options);
+    }
     let coarse = match options.branch_points {
         Some(_) => coarse_start(&ctx.span(0.0, SEARCHED), working, frames, options)?,
         None => None,

@@ -3,6 +3,7 @@
 pub(in crate::service) mod choice;
 mod document;
 mod field;
+mod given_field;
 mod judge;
 mod kinds;
 mod lists;
@@ -19,6 +20,7 @@ mod tests;
 pub use choice::{Choice, Named};
 pub use document::{SpecDocument, SpecSummary};
 pub(in crate::service) use field::{Field, Flag, FlagText};
+pub(in crate::service) use given_field::json_of_field;
 pub use judge::SPEC_BYTES;
 pub use method::MethodName;
 pub(in crate::service) use method::{defaults_of, own_schema};

@@ -4,6 +4,7 @@
 use crate::engine::pipeline::{Align, Boundary, Effort, NonOrientable, Optimise, WorkingMesh};
 use crate::service::wire::LevelName;
 use crate::service::wire::spec::field::{Field, Flag, Group, Kind, field};
+use crate::service::wire::spec::given_field::Given;
 use crate::service::wire::spec::kinds::{Maybe, Number, Switch, Whole};
 use crate::service::wire::spec::lists::{Edges, Labels, Strokes};
 use crate::service::wire::spec::method::{OneMethod, PARAMETERS};
@@ -110,6 +111,13 @@ pub(in crate::service) static FIELDS: &[Field] = &[
         "λ between alignment with curvature (0) and smoothness (1)."
     ),
     field!("strokes", spec.strokes, Strokes, [], "Directions to follow, in model units, on the surface or near it."),
+    field!(
+        "field",
+        spec.field,
+        Given,
+        [Flag::new("field", "FILE")],
+        "A field to follow instead of one from curvature, per polygon of the input; see docs/fields.md."
+    ),
     field!(
         "optimise",
         spec.optimise,
