@@ -2,7 +2,7 @@
 //! cross field and the gradients that the map is made from.
 
 use faer::c64;
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::engine::field::cleanup::mend_sectors;
@@ -51,10 +51,11 @@ impl FrameField {
         mesh: &TriMesh,
         polygon: &[u32],
     ) -> Result<Self, GivenFieldError> {
-        let polygons = soup.n_polygons();
-        if given.vectors.len() != polygons || soup.dropped_by_reader > 0 {
-            let left_out = soup.dropped_by_reader;
-            return Err(GivenFieldError::Count { given: given.vectors.len(), polygons: polygons + left_out, left_out });
+        if soup.dropped_by_reader > 0 {
+            return Err(GivenFieldError::LeftOut { polygons: soup.dropped_by_reader });
+        }
+        if given.vectors.len() != soup.n_polygons() {
+            return Err(GivenFieldError::Count { given: given.vectors.len(), polygons: soup.n_polygons() });
         }
         let on_face = |f: usize| frame_on(mesh.normal(f), &given.vectors, polygon[f] as usize);
         let found: Vec<_> = (0..mesh.n_faces()).into_par_iter().map(on_face).collect();
@@ -87,6 +88,12 @@ impl FrameField {
         let of_halfedge = |&h: &u32| self.quarters.get(h as usize).copied().flatten();
         let quarters = if self.quarters.is_empty() { Vec::new() } else { halfedges.iter().map(of_halfedge).collect() };
         Self { vectors, kind: self.kind, quarters, branch_points: self.branch_points }
+    }
+
+    /// The field of a model that was moved by a rotation.
+    pub fn turned(&self, turn: DMat3) -> Self {
+        let vectors = self.vectors.iter().map(|frame| frame.map(|x| turn * x)).collect();
+        Self { vectors, ..self.clone() }
     }
 
     /// The field on another mesh of the same surface: each face takes the frame of the face nearest to its centre with about

@@ -70,14 +70,20 @@ pub struct GivenField {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GivenFieldError {
     /// There are more vectors than polygons, or fewer.
-    #[error("field has vectors for {given} polygons, and the input has {polygons}, {left_out} of which cannot be read")]
+    #[error("field has vectors for {given} polygons, and the input has {polygons}")]
     Count {
         /// Number of vectors, or of pairs.
         given: usize,
         /// Polygons of the input.
         polygons: usize,
+    },
+    /// It is not known which vectors belong to which polygons.
+    #[error(
+        "field cannot be used: {polygons} polygons of the input were left out because they name a vertex twice or the like"
+    )]
+    LeftOut {
         /// Polygons that the reader left out.
-        left_out: usize,
+        polygons: usize,
     },
     /// Vectors that are zero, not finite or normal to their polygon, or pairs of parallel ones.
     #[error(
@@ -101,9 +107,13 @@ impl Blame for GivenFieldError {
         Fault::Request
     }
 
+    fn spec_field(&self) -> &'static str {
+        "field"
+    }
+
     fn elements(&self) -> Vec<u64> {
         match self {
-            Self::Count { .. } => Vec::new(),
+            Self::Count { .. } | Self::LeftOut { .. } => Vec::new(),
             Self::Degenerate { polygons } | Self::Matching { polygons } => {
                 polygons.iter().map(|&polygon| u64::from(polygon)).collect()
             }

@@ -4,6 +4,8 @@ mod constraints;
 mod corner_forms;
 mod elimination;
 mod generators;
+#[cfg(test)]
+mod given_tests;
 mod grid_map;
 mod map_aim;
 mod map_error;

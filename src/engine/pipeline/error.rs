@@ -42,8 +42,8 @@ pub enum RemeshError {
     /// Exact symmetry was asked for, and the model has none.
     #[error("the model is not symmetric in {axis}: {cause}; leave symmetry out, or give a model that is")]
     NotSymmetric {
-        /// Name of the coordinate axis that is the normal of the mirror plane.
-        axis: &'static str,
+        /// The normal of the mirror plane: the name of a coordinate axis, or a vector.
+        axis: String,
         /// Why the model is not symmetric.
         cause: String,
     },
@@ -96,6 +96,10 @@ impl Blame for RemeshError {
             Self::DeadlineExceeded { component, causes, .. } => Some(format!("component {component}: {causes}")),
             _ => None,
         }
+    }
+
+    fn spec_field(&self) -> &'static str {
+        if let Self::Field(e) = self { e.spec_field() } else { "" }
     }
 
     fn elements(&self) -> Vec<u64> {

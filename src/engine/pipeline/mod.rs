@@ -7,6 +7,8 @@ mod check;
 mod components;
 mod costs;
 mod error;
+#[cfg(test)]
+mod field_tests;
 mod finding;
 mod inspect;
 mod judged;
@@ -42,4 +44,5 @@ pub use inspect::{Inspection, inspect};
 pub use outcome::MapOutcome;
 pub use remesh::{Outcome, remesh};
 pub use report::{BranchReport, FeatureReport, InputReport, MapReport, Repairs, Report, Singularity};
-pub use spec::{Effort, FeatureSpec, NonOrientable, RemeshSpec, Target};
+pub use spec::{Effort, FeatureSpec, NonOrientable, RemeshSpec, Symmetry, Target};
+pub use symmetry::MirrorPlane;

@@ -10,7 +10,7 @@ use crate::engine::pipeline::costs::{Size, plan_of_model};
 use crate::engine::pipeline::error::RemeshError;
 use crate::engine::pipeline::finding::Finding;
 use crate::engine::pipeline::make::{Asked, make};
-use crate::engine::pipeline::make_symmetric::made_symmetric;
+use crate::engine::pipeline::make_symmetric::symmetric;
 use crate::engine::pipeline::outcome::MapOutcome;
 use crate::engine::pipeline::report::{FeatureReport, InputReport, Repairs, Report};
 use crate::engine::pipeline::sizing::sizes;
@@ -76,14 +76,9 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     for stroke in strokes_off_surface(&surface.mesh, &spec.strokes, edge_length) {
         warnings.push(WarningKind::StrokeOffSurface { stroke }.into());
     }
-    let made = match spec.symmetry.as_slice() {
-        [] => None,
-        axes => made_symmetric(ctx, &surface, &log_size, axes, &asked, &mut warnings)?,
-    };
-    let symmetry = if made.is_some() { spec.symmetry.clone() } else { Vec::new() };
-    let made = match made {
+    let (made, symmetry) = match symmetric(ctx, &surface, &log_size, &asked, &mut warnings)? {
         Some(made) => made,
-        None => make(ctx, surface.clone(), &log_size, &detail, &asked)?,
+        None => (make(ctx, surface.clone(), &log_size, &detail, &asked)?, Vec::new()),
     };
     // Where the deadline passed and every component has quads nevertheless, they are delivered, if judging and writing
     // them ends soon.
@@ -100,7 +95,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     }
     let mut attributes = if has_attributes(soup, spec.preserve) {
         // A surface that was mirrored is not the one that the attributes belong to.
-        let own = (!spec.symmetry.is_empty()).then(|| SurfaceIndex::new(&surface.mesh));
+        let own = spec.symmetry.is_wanted().then(|| SurfaceIndex::new(&surface.mesh));
         let origin = Origin::new(soup, &surface.mesh, &polygon, own.as_ref().unwrap_or(&index));
         match ctx.stage(Stage::Write, |ctx| carry(ctx, &origin, &made.quads, &made.component, spec.preserve)) {
             // The quads are there: they are worth more than what they would have carried.

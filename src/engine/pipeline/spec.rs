@@ -40,6 +40,29 @@ pub enum NonOrientable {
     Cut,
 }
 
+/// At which planes the quads are to be exactly their own mirror image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Symmetry {
+    /// Those across these axes (0, 1, 2, each at most once), through the origin or the middle of the model; none, and
+    /// planes that the model has are only offered in a warning.
+    Across(Vec<usize>),
+    /// Those that the model nearly has, up to three at right angles to each other, in any direction.
+    Auto,
+}
+
+impl Default for Symmetry {
+    fn default() -> Self {
+        Self::Across(Vec::new())
+    }
+}
+
+impl Symmetry {
+    /// Whether any is asked for.
+    pub fn is_wanted(&self) -> bool {
+        *self != Self::default()
+    }
+}
+
 /// What must come out as quad edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureSpec {
@@ -93,8 +116,8 @@ pub struct RemeshSpec {
     pub field: Option<Arc<GivenField>>,
     /// Branch points.
     pub optimise: Optimise,
-    /// Axes (0, 1, 2, each at most once) across which the quads are to be exactly their own mirror image.
-    pub symmetry: Vec<usize>,
+    /// Whether the quads are to be exactly their own mirror image.
+    pub symmetry: Symmetry,
     /// Where the parameterisation lives.
     pub working_mesh: WorkingMesh,
     /// Attributes carried to the quads, where the input has them.
@@ -148,7 +171,7 @@ impl Default for RemeshSpec {
             strokes: Vec::new(),
             field: None,
             optimise: Optimise::default(),
-            symmetry: Vec::new(),
+            symmetry: Symmetry::default(),
             working_mesh: WorkingMesh::default(),
             preserve: Preserve::default(),
             non_orientable: NonOrientable::default(),

@@ -25,6 +25,10 @@ pub trait Blame: std::error::Error {
     fn tried(&self) -> Option<String> {
         None
     }
+    /// The field of the spec that does not fit the input; empty where it is the input that cannot be used.
+    fn spec_field(&self) -> &'static str {
+        ""
+    }
     /// At most 20 offending elements in the numbering of the input (vertices or faces, as the message says).
     fn elements(&self) -> Vec<u64> {
         Vec::new()

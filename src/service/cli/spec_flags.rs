@@ -158,7 +158,7 @@ fn arg(field: &Field, flag: &Flag) -> Arg {
             .default_missing_value("true")
             .value_parser(PossibleValuesParser::new(["true", "false"])),
         FlagText::Name => arg.value_parser(PossibleValuesParser::new(values())),
-        FlagText::Names => {
+        FlagText::Names | FlagText::NamesOr(_) => {
             let none = PossibleValue::new(NONE).help("No one of these.");
             arg.action(ArgAction::Append)
                 .value_delimiter(',')
@@ -175,7 +175,8 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
     match kind {
         FlagText::Switch => text.to_owned(),
         FlagText::Name | FlagText::FieldFile => quoted(text),
-        FlagText::Names => {
+        FlagText::NamesOr(name) if text == name && texts.len() == 1 => quoted(text),
+        FlagText::Names | FlagText::NamesOr(_) => {
             let names: Vec<String> = texts.iter().filter(|name| **name != NONE).map(|name| quoted(name)).collect();
             format!("[{}]", names.join(","))
         }
@@ -203,7 +204,7 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
 mod tests {
     use super::*;
     use crate::engine::methods::Value;
-    use crate::engine::pipeline::{Align, Effort, Target};
+    use crate::engine::pipeline::{Align, Effort, GivenMatching, Symmetry, Target};
     use crate::service::wire::LevelName;
 
     fn flags(line: &[&str]) -> Result<SpecFlags, clap::Error> {
@@ -259,13 +260,29 @@ mod tests {
         ]);
         assert_eq!((spec.spec.target, spec.spec.adapt_count, spec.spec.seed), (Target::Quads(7), false, 9));
         assert!(spec.spec.density_from_vertex_colour && spec.spec.features.normals && !spec.spec.features.materials);
-        assert_eq!((spec.spec.symmetry.as_slice(), spec.spec.preserve.uv), ([0, 2].as_slice(), false));
+        assert_eq!((spec.spec.symmetry, spec.spec.preserve.uv), (Symmetry::Across(vec![0, 2]), false));
         assert_eq!(spec.options.deadline_s, 2.5);
         assert_eq!((spec.spec.method.name(), spec.spec.effort), ("triangle-pairs", Effort::Fast));
         let parameters = &spec.spec.parameters;
         assert_eq!(parameters.get(&spec.spec.method.0.parameters()[0]), Value::Choice("loose"));
         assert_eq!(spec.accept.level, Some(LevelName::L1));
         assert_eq!((spec.accept.count, spec.accept.distance), (Some(0.1), Some(0.01)));
+    }
+
+    #[test]
+    fn a_field_is_read_from_its_file_with_the_matchings_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.rawfield");
+        std::fs::write(&path, "4 1\n1 0 0 0 2 0 -1 0 0 0 -2 0\n").unwrap();
+        std::fs::write(path.with_extension("matching"), "4 1\n0 3 7 8 1\n").unwrap();
+        let field = resolved(&["--field", path.to_str().unwrap()]).spec.field.unwrap();
+        assert_eq!(field.vectors.len(), 1);
+        assert_eq!(field.matchings, [GivenMatching { from: 0, to: 3, quarters: 1 }]);
+        for name in ["none.rosy", "model.matching", "model"] {
+            let path = folder.path().join(name);
+            let failure = flags(&["--field", path.to_str().unwrap()]).unwrap().resolve().expect_err("refused");
+            assert_eq!(failure.exit_code(), 2, "{name}");
+        }
     }
 
     #[test]

@@ -20,7 +20,8 @@ pub use level::LevelName;
 pub use problem::{Problem, ProblemKind, problem_of_fault};
 pub use problem_body::{Figures, ProblemBody};
 pub use report::{
-    FeaturesReportBody, InputReportBody, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody, Spread,
+    FeaturesReportBody, InputReportBody, MapBody, MirrorPlaneBody, QuadsBody, ReportBody, ScaledJacobian,
+    SingularityBody, Spread,
 };
 pub use spec::{
     Accept, Axis, Choice, JobOptions, MethodName, Named, Output, ResolvedSpec, SPEC_BYTES, SpecDocument, SpecSummary,

@@ -236,7 +236,10 @@ pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option
     };
     let mut elements = error.elements();
     elements.truncate(MAX_ELEMENTS);
-    Problem { stage: stage.map(Stage::name), elements, ..Problem::new(kind, sentence(&error.to_string())) }
+    let message = error.to_string();
+    let pointer = format!("/{}", error.spec_field());
+    let errors = if kind == ProblemKind::InvalidSpec { vec![Violation::new(pointer, message.clone())] } else { Vec::new() };
+    Problem { stage: stage.map(Stage::name), elements, errors, ..Problem::new(kind, sentence(&message)) }
 }
 
 impl From<Cancelled> for Problem {

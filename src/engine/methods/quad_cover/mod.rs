@@ -91,7 +91,10 @@ pub fn quad_cover(
     ctx.stage(Stage::Round, |ctx| {
         let (rounded, mut grid) = meet_count(&ctx.span(0.0, 0.9), working, &frames, &system, options)?;
         let pinned = pinned(working, &field);
-        let left = untangle(&ctx.span(0.9, 1.0), mesh, &frames, &mut grid, &pinned, rounded.scale)?;
+        let gradients = options.exact().and_then(|field| field.gradients(mesh, &frames));
+        let shapes = gradients.map(|gradients| frames.seen_by(mesh, &gradients));
+        let shapes = shapes.as_ref().unwrap_or(&frames);
+        let left = untangle(&ctx.span(0.9, 1.0), mesh, shapes, &mut grid, &pinned, rounded.scale)?;
         let mut measures = measure_map(mesh, &frames, &grid, rounded.scale);
         measures.flipped = measures.flipped.max(left);
         Ok(QuadCoverMap {

@@ -102,7 +102,7 @@ impl ResolvedSpec {
     fn judge(&self, found: &mut Vec<Violation>) {
         let mut violations = Violations::at("", found);
         // The half of a symmetric surface is cut open along the plane, and must follow the cut.
-        if self.spec.boundary == Boundary::Free && !self.spec.symmetry.is_empty() {
+        if self.spec.boundary == Boundary::Free && self.spec.symmetry.is_wanted() {
             violations.add("/boundary", "cannot be free together with symmetry; leave one of them out");
         }
         if let Some(field) = &self.spec.field {

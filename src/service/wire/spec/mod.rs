@@ -8,6 +8,7 @@ mod judge;
 mod kinds;
 mod lists;
 mod method;
+mod mirrors;
 mod names;
 mod one_of;
 mod resolved;

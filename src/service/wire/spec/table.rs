@@ -8,7 +8,8 @@ use crate::service::wire::spec::given_field::Given;
 use crate::service::wire::spec::kinds::{Maybe, Number, Switch, Whole};
 use crate::service::wire::spec::lists::{Edges, Labels, Strokes};
 use crate::service::wire::spec::method::{OneMethod, PARAMETERS};
-use crate::service::wire::spec::names::{Attribute, Axis, Output};
+use crate::service::wire::spec::mirrors::Mirrors;
+use crate::service::wire::spec::names::{Attribute, Output};
 use crate::service::wire::spec::one_of::{one_of, some_of};
 use crate::service::wire::spec::target::Density;
 
@@ -128,7 +129,7 @@ pub(in crate::service) static FIELDS: &[Field] = &[
     field!(
         "symmetry",
         spec.symmetry,
-        some_of::<Axis>(),
+        Mirrors,
         [Flag::new("symmetry", "AXES")],
         "The quads are their own mirror image, bit for bit: the side of larger coordinates is solved. Models further than \
          5 % of their diagonal from their image are refused."
