@@ -112,10 +112,13 @@ impl MapSystem {
         ctx.check()?;
         ctx.advance(0.3);
         let factor = reduced.factor()?;
-        let periods = match n > MOST_BY_PERIODS {
+        let mut periods = match n > MOST_BY_PERIODS {
             true => None,
             false => Some(Periods::new(&ctx.span(0.5, 1.0), &reduced, &factor)?.ok_or(MapError::Periods { n })?),
         };
+        if let Some(periods) = &mut periods {
+            periods.refine(&reduced, &factor);
+        }
         let optimum = match &periods {
             Some(periods) => periods.optimum.clone(),
             None => reduced.optimum()?,

@@ -30,7 +30,7 @@ fn field_of(soup: &TriangleSoup, vectors: impl Fn([DVec3; 2]) -> [DVec3; 2]) -> 
 
 fn remeshed(soup: &TriangleSoup, vectors: GivenVectors, spec: RemeshSpec) -> Outcome {
     let field = GivenField { vectors, matchings: Vec::new(), branch_points: GivenBranchPoints::Keep };
-    let spec = RemeshSpec { field: Some(Arc::new(field)), target: Target::Quads(1200), ..spec };
+    let spec = RemeshSpec { field: Some(Arc::new(field)), ..spec };
     let outcome = remesh(&RunContext::silent(), soup, &spec).unwrap();
     assert!(outcome.report.certified && outcome.report.level == Level::L0);
     outcome
@@ -64,7 +64,7 @@ fn quads_follow_crosses_whatever_the_working_mesh() {
         for angle in [0.0, 0.5] {
             let turned = |[x, y]: [DVec3; 2]| [3.0 * (f64::cos(angle) * x + f64::sin(angle) * y), y];
             let crosses = field_of(&soup, turned).iter().map(|frame| frame[0]).collect();
-            let spec = RemeshSpec { working_mesh, ..RemeshSpec::default() };
+            let spec = RemeshSpec { working_mesh, target: Target::Quads(1200), ..RemeshSpec::default() };
             let outcome = remeshed(&soup, GivenVectors::Crosses(crosses), spec);
             let off = |(a, _): (f64, f64)| {
                 let off = (a - angle).rem_euclid(FRAC_PI_2);
@@ -82,18 +82,20 @@ fn quads_of_frames_are_as_long_as_these_say() {
     let soup = sample("torus", 3000, 0.0, 0).unwrap();
     let ratio = |factor: f64| {
         let frames = field_of(&soup, |[x, y]| [x, factor * y]);
-        median(sides(&remeshed(&soup, GivenVectors::Frames(frames), RemeshSpec::default())).into_iter().map(|s| s.1))
+        // Enough that rounding changes numbers of rows by little.
+        let spec = RemeshSpec { target: Target::Quads(4000), ..RemeshSpec::default() };
+        median(sides(&remeshed(&soup, GivenVectors::Frames(frames), spec)).into_iter().map(|s| s.1))
     };
     // Gradients twice as long are grid lines twice as close.
     let (even, long) = (ratio(1.0), ratio(2.0));
-    assert!((even - 1.0).abs() < 0.1 && (long / even - 2.0).abs() < 0.3, "{even} {long}");
+    assert!((even - 1.0).abs() < 0.2 && (long / even - 2.0).abs() < 0.2, "{even} {long}");
 }
 
 #[test]
 fn a_given_field_is_mirrored_and_searched_from_where_that_is_asked_for() {
     let soup = sample("torus", 3000, 0.0, 0).unwrap();
     let crosses: Vec<DVec3> = field_of(&soup, |frame| frame).iter().map(|frame| frame[0]).collect();
-    let spec = RemeshSpec { symmetry: Symmetry::Across(vec![2]), ..RemeshSpec::default() };
+    let spec = RemeshSpec { symmetry: Symmetry::Across(vec![2]), target: Target::Quads(1200), ..RemeshSpec::default() };
     let mirrored = remeshed(&soup, GivenVectors::Crosses(crosses.clone()), spec);
     assert_eq!(mirrored.report.symmetry.len(), 1);
     let off = |a: f64| a.min(FRAC_PI_2 - a);
@@ -119,9 +121,8 @@ fn a_given_field_is_mirrored_and_searched_from_where_that_is_asked_for() {
 #[test]
 fn a_field_that_does_not_fit_is_the_requests_fault() {
     let soup = sample("torus", 3000, 0.0, 0).unwrap();
-    let field = |vectors| {
-        Arc::new(GivenField { vectors, matchings: Vec::new(), branch_points: GivenBranchPoints::Keep })
-    };
+    let field =
+        |vectors| Arc::new(GivenField { vectors, matchings: Vec::new(), branch_points: GivenBranchPoints::Keep });
     let n = soup.n_polygons();
     for vectors in [GivenVectors::Crosses(vec![DVec3::X; n + 1]), GivenVectors::Frames(vec![[DVec3::X, DVec3::X]; n])] {
         let spec = RemeshSpec { field: Some(field(vectors)), ..RemeshSpec::default() };

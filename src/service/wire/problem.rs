@@ -238,7 +238,8 @@ pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option
     elements.truncate(MAX_ELEMENTS);
     let message = error.to_string();
     let pointer = format!("/{}", error.spec_field());
-    let errors = if kind == ProblemKind::InvalidSpec { vec![Violation::new(pointer, message.clone())] } else { Vec::new() };
+    let errors =
+        if kind == ProblemKind::InvalidSpec { vec![Violation::new(pointer, message.clone())] } else { Vec::new() };
     Problem { stage: stage.map(Stage::name), elements, errors, ..Problem::new(kind, sentence(&message)) }
 }
 

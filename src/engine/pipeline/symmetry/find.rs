@@ -6,19 +6,25 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::engine::mesh::{PrincipalAxes, SurfaceIndex, TriMesh, eigenvectors, principal_axes};
+use crate::engine::mesh::{FaceTree, PrincipalAxes, TriMesh, eigenvectors, principal_axes};
 use crate::engine::pipeline::symmetry::planes::MirrorPlane;
 use crate::engine::run::{Cancelled, RunContext};
 
-/// Points of the surface, evenly by area, whose images are compared with it.
-const SAMPLES: usize = 400;
+/// Points of the surface, evenly by area, whose images are compared with it, and every so many of them at first.
+const SAMPLES: usize = 300;
+const FEW: usize = 5;
+/// Faces, chosen evenly by area, that stand for the surface until a plane is promising: most models have none, and that is
+/// to cost little.
+const COARSE_FACES: usize = 8000;
+/// Distances from them are too large by up to so many times the side of their share of the area.
+const HOLE: f64 = 2.0;
 /// Candidates whose images of samples are further away than this part of the diagonal in the mean are not refined: a turn
 /// by ten degrees moves points at half the diagonal by about as much.
 const MOST_AT_FIRST: f64 = 0.06;
 /// Steps of the refinement with whole rotations, which come near from far away, and of those by Gauss and Newton, which
 /// double their digits.
-const FAR_STEPS: usize = 6;
-const NEAR_STEPS: usize = 8;
+const FAR_STEPS: usize = 5;
+const NEAR_STEPS: usize = 5;
 /// Planes this near (radians) to one across a coordinate axis are that, unless it fits worse by `BETTER` diagonals.
 const NEARLY_AXIS: f64 = 0.01;
 const BETTER: f64 = 0.001;
@@ -52,21 +58,25 @@ pub(in crate::engine::pipeline) fn find_planes(
     mesh: &TriMesh,
     most: f64,
 ) -> Result<Vec<FoundPlane>, Cancelled> {
-    let index = SurfaceIndex::new(mesh);
-    let PrincipalAxes { centre, .. } = principal_axes(mesh);
-    let model = Model { mesh, index: &index, samples: samples(mesh), centre, diagonal: mesh.diagonal() };
+    let axes = principal_axes(mesh);
+    let coarse = Model::new(mesh, axes.centre, COARSE_FACES);
+    let mut whole: Option<Model<'_>> = None;
     let mut found: Vec<FoundPlane> = Vec::new();
-    for normal in candidates(mesh, &model.samples) {
+    for normal in candidates(&axes, &coarse.samples) {
         ctx.check()?;
-        let plane = MirrorPlane { normal, offset: normal.dot(centre) };
-        let Some(plane) = model.refined(plane) else { continue };
-        let plane = model.tidied(plane);
+        let plane = MirrorPlane { normal, offset: normal.dot(axes.centre) };
+        let Some(plane) = coarse.refined(plane) else { continue };
         let is_known = |known: &FoundPlane| known.plane.normal.dot(plane.normal).abs() > SAME_PLANE;
-        if !found.iter().any(is_known) {
-            let away = model.away(&plane, most);
-            found.extend((away <= most).then_some(FoundPlane { plane, away }));
+        if coarse.farthest(&plane) > most * coarse.diagonal + coarse.hole || found.iter().any(is_known) {
+            continue;
         }
+        let whole = whole.get_or_insert_with(|| Model::new(mesh, axes.centre, usize::MAX));
+        let Some(plane) = whole.settled(plane) else { continue };
+        let plane = whole.tidied(plane);
+        let away = whole.away(&plane, most);
+        found.extend((away <= most).then_some(FoundPlane { plane, away }));
     }
+    let Some(whole) = whole else { return Ok(Vec::new()) };
     // Those across coordinate axes count as better by what rounding and triangulation leave.
     let rank = |found: &FoundPlane| found.away - if found.plane.axis().is_some() { BETTER } else { 0.0 };
     found.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
@@ -80,7 +90,7 @@ pub(in crate::engine::pipeline) fn find_planes(
             normal = normal.reject_from_normalized(c.plane.normal).normalize();
         }
         let plane = if normal.distance(plane.normal) > 1e-12 { MirrorPlane { normal, ..plane } } else { plane };
-        let away = model.away(&plane, most);
+        let away = whole.away(&plane, most);
         chosen.extend((away <= most).then_some(FoundPlane { plane, away }));
     }
     Ok(chosen)
@@ -89,39 +99,76 @@ pub(in crate::engine::pipeline) fn find_planes(
 /// A model whose images are compared with it.
 struct Model<'a> {
     mesh: &'a TriMesh,
-    index: &'a SurfaceIndex,
+    /// All or some of its faces.
+    tree: FaceTree,
     samples: Vec<DVec3>,
     centre: DVec3,
     diagonal: f64,
+    /// By how much distances are too large, model units.
+    hole: f64,
 }
 
-impl Model<'_> {
-    /// The images of the samples and the points of the surface next to them, with its normals there.
-    fn pairs(&self, plane: &MirrorPlane) -> Vec<(DVec3, DVec3, DVec3)> {
-        let pair = |&p: &DVec3| {
-            let at = self.index.closest(plane.image(p));
-            (p, at.position, self.index.normal(at.face))
+/// A point, the point of the surface next to its image, and the normal there.
+type Pair = (DVec3, DVec3, DVec3);
+
+impl<'a> Model<'a> {
+    fn new(mesh: &'a TriMesh, centre: DVec3, most_faces: usize) -> Self {
+        let (faces, hole) = match mesh.n_faces() > most_faces {
+            false => ((0..mesh.n_faces() as u32).collect(), 0.0),
+            true => {
+                let mut faces: Vec<u32> = evenly(mesh, most_faces).map(|(f, _)| f as u32).collect();
+                faces.dedup();
+                (faces, HOLE * (mesh.total_area() / most_faces as f64).sqrt())
+            }
         };
-        self.samples.par_iter().map(pair).collect()
+        let tree = FaceTree::new(mesh, &faces);
+        Self { mesh, tree, samples: samples(mesh), centre, diagonal: mesh.diagonal(), hole }
     }
 
-    /// The plane at which the images of the samples lie best on the surface, near a candidate.
+    /// The images of points with their partners, which are there unless there is no surface.
+    fn pairs<'p>(&self, plane: &MirrorPlane, points: impl ParallelIterator<Item = &'p DVec3>) -> Vec<Pair> {
+        let pair = |&p: &DVec3| {
+            let at = self.tree.closest_where(plane.image(p), f64::INFINITY, |_| true)?;
+            Some((p, at.position, self.mesh.normal(at.face as usize)))
+        };
+        let pairs: Vec<Option<Pair>> = points.map(pair).collect();
+        pairs.into_iter().flatten().collect()
+    }
+
+    fn all_pairs(&self, plane: &MirrorPlane) -> Vec<Pair> {
+        self.pairs(plane, self.samples.par_iter())
+    }
+
+    /// The plane at which the images of the samples lie best on the surface, near a candidate; `None` if it is far off.
     fn refined(&self, mut plane: MirrorPlane) -> Option<MirrorPlane> {
-        let pairs = self.pairs(&plane);
-        let mean = pairs.iter().map(|(p, c, _)| plane.image(*p).distance(*c)).sum::<f64>() / pairs.len().max(1) as f64;
-        if pairs.is_empty() || mean > MOST_AT_FIRST * self.diagonal {
+        let few = self.pairs(&plane, self.samples.par_iter().step_by(FEW));
+        let mean = few.iter().map(|(p, c, _)| plane.image(*p).distance(*c)).sum::<f64>() / few.len().max(1) as f64;
+        if few.is_empty() || mean > MOST_AT_FIRST * self.diagonal {
             return None;
         }
-        for step in 0..FAR_STEPS + NEAR_STEPS {
-            let pairs = self.pairs(&plane);
-            plane = if step < FAR_STEPS { self.to_points(&pairs)? } else { self.to_planes(&plane, &pairs)? };
+        for _ in 0..FAR_STEPS {
+            plane = self.to_points(&self.all_pairs(&plane))?;
+        }
+        self.settled(plane)
+    }
+
+    /// The same from near by.
+    fn settled(&self, mut plane: MirrorPlane) -> Option<MirrorPlane> {
+        for _ in 0..NEAR_STEPS {
+            plane = self.to_planes(&plane, &self.all_pairs(&plane))?;
         }
         Some(plane)
     }
 
+    /// How far the images of the samples are from the surface at most, model units.
+    fn farthest(&self, plane: &MirrorPlane) -> f64 {
+        let distances = self.all_pairs(plane).into_iter().map(|(p, c, _)| plane.image(p).distance(c));
+        distances.fold(0.0, f64::max)
+    }
+
     /// The plane whose images of points are nearest to their partners in sum of squares. With both sets about their means,
     /// that sum is a constant and four times the quadratic form `Σ (n·p)(n·c)`.
-    fn to_points(&self, pairs: &[(DVec3, DVec3, DVec3)]) -> Option<MirrorPlane> {
+    fn to_points(&self, pairs: &[Pair]) -> Option<MirrorPlane> {
         let n = pairs.len() as f64;
         let p_mean = pairs.iter().map(|pair| pair.0).sum::<DVec3>() / n;
         let c_mean = pairs.iter().map(|pair| pair.1).sum::<DVec3>() / n;
@@ -141,7 +188,7 @@ impl Model<'_> {
     }
 
     /// A step of Gauss and Newton for the distances of the images from the tangent planes of their partners.
-    fn to_planes(&self, plane: &MirrorPlane, pairs: &[(DVec3, DVec3, DVec3)]) -> Option<MirrorPlane> {
+    fn to_planes(&self, plane: &MirrorPlane, pairs: &[Pair]) -> Option<MirrorPlane> {
         let normal = plane.normal;
         let (s, t) = normal.any_orthonormal_pair();
         let offset = plane.offset - normal.dot(self.centre);
@@ -183,11 +230,7 @@ impl Model<'_> {
     }
 
     fn fits_as_well(&self, plane: &MirrorPlane, other: &MirrorPlane) -> bool {
-        let [own, others] = [plane, other].map(|plane| {
-            let distances = self.pairs(plane).into_iter().map(|(p, c, _)| plane.image(p).distance(c));
-            distances.fold(0.0, f64::max)
-        });
-        own <= others + BETTER * self.diagonal
+        self.farthest(plane) <= self.farthest(other) + BETTER * self.diagonal
     }
 
     /// How far the images of vertices are from the surface at most, as a share of the diagonal; some more than `most` if
@@ -195,11 +238,11 @@ impl Model<'_> {
     fn away(&self, plane: &MirrorPlane, most: f64) -> f64 {
         let n = self.mesh.n_vertices();
         let step = n.div_ceil(MOST_VERTICES).max(1);
-        let vertices: Vec<u32> = (0..n as u32).step_by(step).collect();
+        let points: Vec<DVec3> = self.mesh.positions().iter().copied().step_by(step).collect();
         let mut away: f64 = 0.0;
-        for some in vertices.chunks(SAMPLES) {
-            let far = |&v: &u32| self.index.closest(plane.image(self.mesh.position(v))).distance;
-            away = some.par_iter().map(far).collect::<Vec<_>>().into_iter().fold(away, f64::max);
+        for some in points.chunks(SAMPLES) {
+            let pairs = self.pairs(plane, some.par_iter());
+            away = pairs.into_iter().map(|(p, c, _)| plane.image(p).distance(c)).fold(away, f64::max);
             if away > most * self.diagonal {
                 break;
             }
@@ -208,32 +251,36 @@ impl Model<'_> {
     }
 }
 
-/// Points of the surface, evenly by area: centroids of triangles.
-fn samples(mesh: &TriMesh) -> Vec<DVec3> {
-    let share = mesh.total_area() / SAMPLES as f64;
-    let (mut sum, mut samples) = (0.0, Vec::with_capacity(SAMPLES));
-    for f in 0..mesh.n_faces() {
+/// The faces in which the `n` shares of the area end, each with the number of shares that do.
+fn evenly(mesh: &TriMesh, n: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+    let share = mesh.total_area() / n as f64;
+    let (mut sum, mut done) = (0.0, 0);
+    (0..mesh.n_faces()).filter_map(move |f| {
         sum += mesh.area(f);
-        let due = ((sum / share + 0.5) as usize).min(SAMPLES);
-        if due > samples.len() {
-            // Where a triangle is larger than a share, several points of it.
-            let [a, b, c] = mesh.triangle(f);
-            let many = due - samples.len();
-            samples.extend((0..many).map(|i| {
-                // The additive sequence of the plastic number fills a triangle evenly.
-                let (x, y) = ((0.5 + 0.754_877_666 * i as f64).fract(), (0.5 + 0.569_840_291 * i as f64).fract());
-                let (x, y) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };
-                if many == 1 { (a + b + c) / 3.0 } else { a + x * (b - a) + y * (c - a) }
-            }));
-        }
-    }
-    samples
+        let due = ((sum / share + 0.5) as usize).min(n);
+        let many = due - done;
+        done = due;
+        (many > 0).then_some((f, many))
+    })
+}
+
+/// Points of the surface, evenly by area: centroids of triangles, and several points of those that are larger than a share.
+fn samples(mesh: &TriMesh) -> Vec<DVec3> {
+    let points = evenly(mesh, SAMPLES).flat_map(|(f, many)| {
+        let [a, b, c] = mesh.triangle(f);
+        (0..many).map(move |i| {
+            // The additive sequence of the plastic number fills a triangle evenly.
+            let (x, y) = ((0.5 + 0.754_877_666 * i as f64).fract(), (0.5 + 0.569_840_291 * i as f64).fract());
+            let (x, y) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };
+            if many == 1 { (a + b + c) / 3.0 } else { a + x * (b - a) + y * (c - a) }
+        })
+    });
+    points.collect()
 }
 
 /// Normals of planes that are worth a look: coordinate axes, principal axes, and where two of their moments are alike, the
 /// mirror planes that rotational symmetries of the samples would have.
-fn candidates(mesh: &TriMesh, samples: &[DVec3]) -> Vec<DVec3> {
-    let PrincipalAxes { centre, axes, moments } = principal_axes(mesh);
+fn candidates(&PrincipalAxes { centre, axes, moments }: &PrincipalAxes, samples: &[DVec3]) -> Vec<DVec3> {
     let mut normals: Vec<DVec3> = DVec3::AXES.to_vec();
     normals.extend((0..3).map(|k| axes.col(k)));
     for k in 0..3 {

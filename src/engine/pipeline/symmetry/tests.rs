@@ -161,9 +161,12 @@ fn planes_are_found_in_any_direction() {
                     (plane.normal.dot(centre) - plane.offset).abs() < 0.005 * plain.diagonal(),
                     "{name}: {plane:?}"
                 );
-                // Bodies of revolution have planes in between.
+                // Bodies of revolution, and the frame of a cube, have planes in between.
                 let cosine = (0..3).map(|k| (turn * plain_axis(k)).dot(plane.normal).abs()).fold(0.0, f64::max);
-                assert!(["torus", "dumbbell", "gear"].contains(&name) || cosine > 0.9999, "{name}: {plane:?}");
+                assert!(
+                    ["torus", "dumbbell", "gear", "genus5"].contains(&name) || cosine > 0.9999,
+                    "{name}: {plane:?}"
+                );
             }
         }
     }
