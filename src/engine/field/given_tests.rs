@@ -1,3 +1,5 @@
+//! Given fields put on surfaces, carried and matched.
+
 use glam::DVec3;
 
 use super::*;

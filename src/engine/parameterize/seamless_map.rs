@@ -116,11 +116,8 @@ impl MapSystem {
             true => None,
             false => Some(Periods::new(&ctx.span(0.5, 1.0), &reduced, &factor)?.ok_or(MapError::Periods { n })?),
         };
-        if let Some(periods) = &mut periods {
-            periods.refine(&reduced, &factor);
-        }
-        let optimum = match &periods {
-            Some(periods) => periods.optimum.clone(),
+        let optimum = match &mut periods {
+            Some(periods) => periods.refine(&reduced, &factor).to_vec(),
             None => reduced.optimum()?,
         };
         let mut system = Self {
@@ -154,7 +151,7 @@ impl MapSystem {
         self.unknowns.n_integers
     }
 
-    /// Gradients of u and v per face that the map should have at scale 1, in the combed charts.
+    /// Gradients that the map should have: see the field.
     pub fn gradients(&self) -> &[[DVec2; 2]] {
         &self.gradients
     }

@@ -71,7 +71,7 @@ pub fn remesh(ctx: &RunContext, soup: &TriangleSoup, spec: &RemeshSpec) -> Resul
     };
     let asked = Asked { spec, edge_length, field: field.as_ref() };
     let log_size = ctx.stage(Stage::Features, |ctx| {
-        sizes(ctx, &surface, &origin, soup, spec, field.as_ref(), edge_length, &mut warnings).map_err(RemeshError::from)
+        sizes(ctx, &surface, &origin, soup, &asked, &mut warnings).map_err(RemeshError::from)
     })?;
     for stroke in strokes_off_surface(&surface.mesh, &spec.strokes, edge_length) {
         warnings.push(WarningKind::StrokeOffSurface { stroke }.into());

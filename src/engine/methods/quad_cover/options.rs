@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use crate::engine::field::{BranchOptions, FrameField, FrameKind, Frames, GivenBranchPoints};
 use crate::engine::mesh::{Surface, TriMesh};
-use crate::engine::methods::quad_cover::solve_field::frames_of;
 
 /// What the method is asked for.
 #[derive(Clone, Debug)]
@@ -55,4 +54,9 @@ impl QuadCoverOptions {
         let corners = surface.features.corners.iter().copied();
         corners.filter(|&v| !self.boundary_free || !surface.mesh.is_boundary_vertex(v)).collect()
     }
+}
+
+/// Charts and metric for sizes per vertex, empty if all quads are to be alike.
+pub(super) fn frames_of(mesh: &TriMesh, log_size: &[f64]) -> Frames {
+    if log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, log_size) }
 }

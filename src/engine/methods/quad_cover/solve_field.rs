@@ -21,7 +21,7 @@ use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::remesh_graded;
 use crate::engine::methods::quad_cover::error::QuadCoverError;
-use crate::engine::methods::quad_cover::options::QuadCoverOptions;
+use crate::engine::methods::quad_cover::options::{QuadCoverOptions, frames_of};
 use crate::engine::run::RunContext;
 
 /// Edges of the coarse mesh in quad edges: branch points are kept further apart than this.
@@ -97,10 +97,6 @@ fn coarse_start(
     let (field, search) = on_mesh(&ctx.span(0.1, 0.95), &coarse, &coarse_frames, strokes, None, options)?;
     let start = transfer_field((&coarse.mesh, &coarse_frames, &field), (mesh, frames), REACH * options.edge_length);
     Ok(Some((start, search)))
-}
-
-pub(super) fn frames_of(mesh: &TriMesh, log_size: &[f64]) -> Frames {
-    if log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, log_size) }
 }
 
 /// Values at the vertices of a mesh, between them.

@@ -94,7 +94,7 @@ impl Periods {
 
     /// Takes from the optimum what regularisation left there: one step with the residual of the whole system, after which
     /// the map of the optimum is the projection of the field to about 1e-12 instead of 1e-9.
-    pub(in crate::engine::parameterize) fn refine(&mut self, reduced: &Reduced, factor: &Cholesky<f64>) {
+    pub(in crate::engine::parameterize) fn refine(&mut self, reduced: &Reduced, factor: &Cholesky<f64>) -> &[f64] {
         let z = reduced.solve_continuous(factor, 1.0, &self.optimum);
         let n = self.optimum.len();
         let residual: Vec<f64> = (0..n)
@@ -105,6 +105,7 @@ impl Periods {
             .collect();
         let steps: Vec<f64> = self.inverse.chunks(n.max(1)).map(|row| dot(row, &residual)).collect();
         self.optimum.iter_mut().zip(steps).for_each(|(optimum, step)| *optimum += step);
+        &self.optimum
     }
 
     /// Energy above the real optimum at this scale.
