@@ -16,14 +16,14 @@ const FEW: usize = 5;
 /// Faces, chosen evenly by area, that stand for the surface until a plane is promising: most models have none, and that is
 /// to cost little.
 const COARSE_FACES: usize = 8000;
-/// Distances from them are too large by up to so many times the side of their share of the area.
-const HOLE: f64 = 2.0;
+/// Distances from them are too large by up to about the side of their share of the area.
+const HOLE: f64 = 1.0;
 /// Candidates whose images of samples are further away than this part of the diagonal in the mean are not refined: a turn
 /// by ten degrees moves points at half the diagonal by about as much.
-const MOST_AT_FIRST: f64 = 0.06;
+const MOST_AT_FIRST: f64 = 0.05;
 /// Steps of the refinement with whole rotations, which come near from far away, and of those by Gauss and Newton, which
 /// double their digits.
-const FAR_STEPS: usize = 5;
+const FAR_STEPS: usize = 4;
 const NEAR_STEPS: usize = 5;
 /// Planes this near (radians) to one across a coordinate axis are that, unless it fits worse by `BETTER` diagonals.
 const NEARLY_AXIS: f64 = 0.01;
@@ -37,7 +37,7 @@ const SAME_PLANE: f64 = 0.999;
 /// and of planes at right angles with a smaller one.
 const RIGHT_ANGLE: f64 = 0.02;
 /// Most vertices whose images are looked at in the end.
-const MOST_VERTICES: usize = 4096;
+const MOST_VERTICES: usize = 2048;
 
 /// A plane that a model is nearly symmetric to.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +49,7 @@ pub(in crate::engine::pipeline) struct FoundPlane {
 }
 
 /// Mirror planes at right angles to each other, at which the image of the model is nowhere further from it than the share
-/// `most` of its diagonal; the best first, of equals those across coordinate axes. At most 4,096 vertices are looked at.
+/// `most` of its diagonal; the best first, of equals those across coordinate axes. At most 2,048 vertices are looked at.
 ///
 /// # Errors
 /// [`Cancelled`] only.
@@ -62,10 +62,15 @@ pub(in crate::engine::pipeline) fn find_planes(
     let coarse = Model::new(mesh, axes.centre, COARSE_FACES);
     let mut whole: Option<Model<'_>> = None;
     let mut found: Vec<FoundPlane> = Vec::new();
+    let mut tried: Vec<DVec3> = Vec::new();
     for normal in candidates(&axes, &coarse.samples) {
         ctx.check()?;
+        if tried.iter().any(|other| other.dot(normal).abs() > SAME_PLANE) {
+            continue;
+        }
+        tried.push(normal);
         let plane = MirrorPlane { normal, offset: normal.dot(axes.centre) };
-        let Some(plane) = coarse.refined(plane) else { continue };
+        let Some(plane) = coarse.refined(plane, most) else { continue };
         let is_known = |known: &FoundPlane| known.plane.normal.dot(plane.normal).abs() > SAME_PLANE;
         if coarse.farthest(&plane) > most * coarse.diagonal + coarse.hole || found.iter().any(is_known) {
             continue;
@@ -139,15 +144,22 @@ impl<'a> Model<'a> {
         self.pairs(plane, self.samples.par_iter())
     }
 
-    /// The plane at which the images of the samples lie best on the surface, near a candidate; `None` if it is far off.
-    fn refined(&self, mut plane: MirrorPlane) -> Option<MirrorPlane> {
+    /// The plane at which the images of the samples lie best on the surface, near a candidate; `None` if it is far off, or
+    /// if they are further away in the mean then than the share `most` of the diagonal.
+    fn refined(&self, mut plane: MirrorPlane, most: f64) -> Option<MirrorPlane> {
+        let mean = |plane: &MirrorPlane, pairs: &[Pair]| {
+            pairs.iter().map(|(p, c, _)| plane.image(*p).distance(*c)).sum::<f64>() / pairs.len().max(1) as f64
+        };
         let few = self.pairs(&plane, self.samples.par_iter().step_by(FEW));
-        let mean = few.iter().map(|(p, c, _)| plane.image(*p).distance(*c)).sum::<f64>() / few.len().max(1) as f64;
-        if few.is_empty() || mean > MOST_AT_FIRST * self.diagonal {
+        if few.is_empty() || mean(&plane, &few) > MOST_AT_FIRST * self.diagonal {
             return None;
         }
         for _ in 0..FAR_STEPS {
             plane = self.to_points(&self.all_pairs(&plane))?;
+        }
+        let pairs = self.all_pairs(&plane);
+        if mean(&plane, &pairs) > most * self.diagonal + self.hole {
+            return None;
         }
         self.settled(plane)
     }
