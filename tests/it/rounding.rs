@@ -20,6 +20,7 @@ fn system(name: &str, quads: f64) -> (MapSystem, f64) {
         smoothing: 0.5,
         guided: true,
         branch_points: None,
+        field: None,
         strokes: Vec::new(),
         boundary_free: false,
     };

@@ -70,6 +70,17 @@ impl Frames {
         frames
     }
 
+    /// The same charts with the sides of each face as a map sees them whose gradients are given there: what the face is to
+    /// look like in the map. Sides of neighbours need not fit together.
+    pub fn seen_by(&self, mesh: &TriMesh, gradients: &[[DVec2; 2]]) -> Self {
+        let seen = |h: usize| {
+            let ([u, v], side) = (gradients[h / 3], self.edge(mesh, h));
+            DVec2::new(u.dot(side), v.dot(side))
+        };
+        let edge = (0..mesh.n_halfedges()).map(seen).collect();
+        Self { scaled: Some(Scaled { edge, size: vec![1.0; mesh.n_vertices()] }), ..self.clone() }
+    }
+
     /// Coordinates of a vector in the frame of face `f`.
     #[inline]
     pub fn coordinates(&self, f: usize, vector: DVec3) -> DVec2 {

@@ -1,6 +1,6 @@
 //! The linear conditions of a seamless map, and which unknowns must be integers for an integer-grid map.
 
-use std::f64::consts::FRAC_PI_2;
+use glam::DVec2;
 
 use crate::engine::field::CrossField;
 use crate::engine::field::Frames;
@@ -11,17 +11,14 @@ use crate::engine::parameterize::grid_map::Iso;
 use crate::engine::parameterize::map_error::MapError;
 use crate::engine::parameterize::reduced::Unknowns;
 
-/// Which coordinate is constant along each feature or boundary halfedge.
-pub(super) fn iso_lines(mesh: &TriMesh, frames: &Frames, direction: &[f64], is_feature: &[bool]) -> Vec<Iso> {
-    (0..mesh.n_halfedges())
-        .map(|h| {
-            if !is_feature[h] {
-                return Iso::None;
-            }
-            let quarter = ((frames.angle[h] - direction[h / 3]) / FRAC_PI_2).round() as i64;
-            if quarter % 2 == 0 { Iso::V } else { Iso::U }
-        })
-        .collect()
+/// Which coordinate is constant along each feature or boundary halfedge: the one that changes less along it by the
+/// gradients of u and v per face.
+pub(super) fn iso_lines(mesh: &TriMesh, frames: &Frames, gradients: &[[DVec2; 2]], is_feature: &[bool]) -> Vec<Iso> {
+    let of_feature = |h: usize| {
+        let [u, v] = gradients[h / 3].map(|gradient| gradient.dot(frames.edge(mesh, h)).abs());
+        if v <= u { Iso::V } else { Iso::U }
+    };
+    (0..mesh.n_halfedges()).map(|h| if is_feature[h] { of_feature(h) } else { Iso::None }).collect()
 }
 
 /// Vertices that must lie on integer points: singular ones and corners, sorted.

@@ -4,7 +4,10 @@ mod constraints;
 mod corner_forms;
 mod elimination;
 mod generators;
+#[cfg(test)]
+mod given_tests;
 mod grid_map;
+mod map_aim;
 mod map_error;
 mod measure;
 mod poisson;
@@ -19,6 +22,7 @@ mod tests;
 mod untangle;
 
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
+pub use map_aim::MapAim;
 pub use map_error::MapError;
 pub use measure::{MapMeasures, gradients, measure_map, seam_residual};
 pub use quantise::{Flow, Variable};

@@ -22,12 +22,12 @@ pub(super) struct Quadratic {
     pub(super) constant: f64,
 }
 
-/// Assembles the energy. `direction[f]` is the angle of grad u in the frame of face f in the combed chart; grid lines
-/// are one model unit apart (scale the right-hand side for other densities). `weight` scales each face.
+/// Assembles the energy. `gradients[f]` are those that u and v should have in the frame of face f in the combed chart, for
+/// scale 1 (scale the right-hand side for other densities). `weight` scales each face.
 pub(super) fn assemble(
     mesh: &TriMesh,
     frames: &Frames,
-    direction: &[f64],
+    gradients: &[[DVec2; 2]],
     weight: &[f64],
     forms: &CornerForms,
 ) -> Quadratic {
@@ -36,9 +36,8 @@ pub(super) fn assemble(
     for f in 0..mesh.n_faces() {
         let (gradient, area) = hat_gradients(mesh, frames, f);
         let area = area * weight[f];
-        q.constant += 2.0 * area;
-        let x = DVec2::from_angle(direction[f]);
-        let y = x.perp();
+        let [x, y] = gradients[f];
+        q.constant += area * (x.length_squared() + y.length_squared());
         for k in 0..3 {
             // ∂/∂z_k of 2 Re ∫ ⟨∇z, Z⟩: u pairs with X, v with Y.
             let pull = DVec2::new(gradient[k].dot(x), gradient[k].dot(y)) * area;

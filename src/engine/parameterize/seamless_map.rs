@@ -4,8 +4,6 @@
 //! corner forms, closing fans, straight features and boundaries by `Elimination`. One factorisation of the continuous
 //! unknowns serves every density: the right-hand side is proportional to the scale.
 
-use std::f64::consts::FRAC_PI_2;
-
 use crate::engine::field::CrossField;
 use crate::engine::field::Frames;
 use crate::engine::mesh::TriMesh;
@@ -14,6 +12,7 @@ use crate::engine::parameterize::constraints::{constrain, iso_lines, special_ver
 use crate::engine::parameterize::corner_forms::{CornerForms, real_parts};
 use crate::engine::parameterize::generators::generators;
 use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
+use crate::engine::parameterize::map_aim::MapAim;
 use crate::engine::parameterize::map_error::MapError;
 use crate::engine::parameterize::poisson::{Quadratic, assemble};
 use crate::engine::parameterize::quantise::quantise;
@@ -48,8 +47,8 @@ pub struct MapSystem {
     unknowns: Unknowns,
     iso: Vec<Iso>,
     special: Vec<u32>,
-    /// Angle of grad u per face, in the combed charts.
-    direction: Vec<f64>,
+    /// Gradients of u and v per face that the map should have, in the combed charts.
+    gradients: Vec<[DVec2; 2]>,
     reduced: Reduced,
     factor: Cholesky<f64>,
     /// Unless there are too many integers.
@@ -79,7 +78,7 @@ pub struct RoundedIntegers {
 
 impl MapSystem {
     /// Sets up and factors the system. `is_feature` is a flag per halfedge (features and boundary), `corners` are
-    /// vertices that must lie on integer points, `weight` says per face how closely the map is to follow the field.
+    /// vertices that must lie on integer points, `aim` says which gradients the map should have, and how closely.
     ///
     /// # Errors
     /// [`MapError`] if a solve failed, the integers are not determined, or the run was stopped.
@@ -90,14 +89,15 @@ impl MapSystem {
         field: &CrossField,
         is_feature: &[bool],
         corners: &[u32],
-        weight: Vec<f64>,
+        aim: impl Into<MapAim>,
     ) -> Result<Self, MapError> {
+        let aim = aim.into();
         let cost = cut_costs(mesh, &field.quarter_index);
         let (cut, _, turns) = cut_and_comb(mesh, &field.matching, &field.quarter_index, &cost);
-        let direction: Vec<f64> = field.angle.iter().zip(&turns).map(|(a, &k)| a - f64::from(k) * FRAC_PI_2).collect();
         let dearest = |s: &Segment| s.halfedges.iter().map(|&h| cost[h]).fold(0.0, f64::max);
         let cut_cost = cut.segments.iter().map(dearest).collect();
-        let iso = iso_lines(mesh, frames, &direction, is_feature);
+        let gradients = aim.combed(&field.angle, &turns);
+        let iso = iso_lines(mesh, frames, &gradients, is_feature);
         let forms = CornerForms::new(mesh, &cut);
         let special: Vec<u32> = special_vertices(mesh, field, corners);
         if special.len() > MOST_SPECIAL {
@@ -106,18 +106,18 @@ impl MapSystem {
         let (unknowns, integral) = constrain(mesh, &forms, &iso, &special)?;
         ctx.check()?;
         ctx.advance(0.1);
-        let raw: Quadratic = assemble(mesh, frames, &direction, &weight, &forms);
+        let raw: Quadratic = assemble(mesh, frames, &gradients, &aim.weight, &forms);
         let reduced = Reduced::new(&raw, &unknowns);
         let n = unknowns.n_integers;
         ctx.check()?;
         ctx.advance(0.3);
         let factor = reduced.factor()?;
-        let periods = match n > MOST_BY_PERIODS {
+        let mut periods = match n > MOST_BY_PERIODS {
             true => None,
             false => Some(Periods::new(&ctx.span(0.5, 1.0), &reduced, &factor)?.ok_or(MapError::Periods { n })?),
         };
-        let optimum = match &periods {
-            Some(periods) => periods.optimum.clone(),
+        let optimum = match &mut periods {
+            Some(periods) => periods.refine(&reduced, &factor).to_vec(),
             None => reduced.optimum()?,
         };
         let mut system = Self {
@@ -127,7 +127,7 @@ impl MapSystem {
             unknowns,
             iso,
             special,
-            direction,
+            gradients,
             reduced,
             factor,
             periods,
@@ -151,9 +151,9 @@ impl MapSystem {
         self.unknowns.n_integers
     }
 
-    /// Angle of grad u per face in the combed charts, radians in the face's frame.
-    pub fn direction(&self) -> &[f64] {
-        &self.direction
+    /// Gradients that the map should have: see the field.
+    pub fn gradients(&self) -> &[[DVec2; 2]] {
+        &self.gradients
     }
 
     /// Integers for a density of `scale` grid units per model unit: by the period matrix; by flow where there are too many

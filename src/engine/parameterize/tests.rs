@@ -104,8 +104,8 @@ fn the_period_matrix_predicts_the_energy_of_the_rounded_map() {
         let (mut sum, mut norm) = (0.0, 0.0);
         for f in 0..mesh.n_faces() {
             let (du, dv) = gradients(mesh, &case.frames, uv, f);
-            let x = glam::DVec2::from_angle(system.direction()[f]) * scale;
-            sum += mesh.area(f) * ((du - x).length_squared() + (dv - x.perp()).length_squared());
+            let [x, y] = system.gradients()[f].map(|gradient| gradient * scale);
+            sum += mesh.area(f) * ((du - x).length_squared() + (dv - y).length_squared());
             norm += 2.0 * mesh.area(f) * scale * scale;
         }
         sum / norm

@@ -9,9 +9,9 @@ use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriangleSoup;
 use crate::engine::mesh::condition::{ConditionOptions, condition};
 use crate::engine::pipeline::error::RemeshError;
-use crate::engine::pipeline::remesh::{SHORTEST_FEATURE, edge_length, features, middle};
-use crate::engine::pipeline::spec::{NonOrientable, RemeshSpec, Target};
-use crate::engine::pipeline::symmetry::{fold, unfold_surface};
+use crate::engine::pipeline::spec::{NonOrientable, RemeshSpec, Symmetry, Target};
+use crate::engine::pipeline::surface::{SHORTEST_FEATURE, edge_length, features, middle};
+use crate::engine::pipeline::symmetry::{MirrorPlane, Planes, fold, turned, unfold_surface};
 use crate::engine::quad::QuadMesh;
 use crate::engine::run::Cancelled;
 use crate::engine::run::RunContext;
@@ -25,8 +25,8 @@ const SAME_PLACE: f64 = 1e-9;
 pub struct RunFindings {
     /// The edge length asked for, in model units.
     pub edge_length: f64,
-    /// Axes (0, 1, 2) across which the quads, and so their surface, are mirrored.
-    pub symmetry: Vec<usize>,
+    /// Planes at which the quads, and so their surface, are mirrored; at right angles to each other.
+    pub symmetry: Vec<MirrorPlane>,
     /// Middles of feature edges that were given up.
     pub given_up: Vec<DVec3>,
 }
@@ -65,17 +65,25 @@ pub fn check(
     let mut spec = spec.clone();
     if let Some(findings) = findings {
         spec.target = Target::EdgeLength(findings.edge_length);
-        spec.symmetry.clone_from(&findings.symmetry);
     }
     let edge_length = edge_length(&conditioned, &spec)?;
     let asked = findings.map_or(0.0, |findings| findings.edge_length);
     let Detected { features, .. } =
         ctx.stage(Stage::Features, |_| Ok::<_, Cancelled>(features(&conditioned, soup, &spec, edge_length)))?;
     let mut surface = Surface { mesh: conditioned.mesh, features };
-    if !spec.symmetry.is_empty() {
+    let planes = match (findings, &spec.symmetry) {
+        (Some(findings), _) if findings.symmetry.is_empty() => None,
+        (Some(findings), _) => Some(Planes::known(&findings.symmetry)),
+        (None, Symmetry::Across(axes)) => (!axes.is_empty()).then(|| Planes::across(axes)),
+        (None, Symmetry::Auto) => None,
+    };
+    if let Some(planes) = planes {
         let min_length = SHORTEST_FEATURE * edge_length;
-        let fold = fold(ctx, &surface, &[], &spec.symmetry, min_length, &mut Vec::new())?;
-        surface = unfold_surface(&fold.surface, &fold.unfoldings).unwrap_or(surface);
+        let in_frame = planes.turn().map_or_else(|| surface.clone(), |turn| turned(&surface, turn));
+        let fold = fold(ctx, &in_frame, &[], &planes, min_length, &mut Vec::new())?;
+        if let Some(whole) = unfold_surface(&fold.surface, &fold.unfoldings) {
+            surface = planes.turn().map_or_else(|| whole.clone(), |turn| turned(&whole, turn.transpose()));
+        }
     }
     if let Some(findings) = findings {
         surface = without(surface, &findings.given_up);

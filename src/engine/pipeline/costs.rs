@@ -1,7 +1,7 @@
 //! What the stages of a run are expected to cost, from which the shares of its progress follow.
 
 use crate::engine::pipeline::spec::{RemeshSpec, Target};
-use crate::engine::problem::{Optimise, Problem};
+use crate::engine::problem::Problem;
 use crate::engine::run::{Plan, Stage};
 
 /// Milliseconds per thousand triangles and per thousand quads. `cargo bench -- stages MODEL.obj …` fits and prints them; what
@@ -74,7 +74,7 @@ pub fn share_of_proof(size: &Size, files: usize) -> f64 {
 
 /// The engine's part: all components together.
 pub(super) fn plan_of_model(size: &Size, spec: &RemeshSpec) -> Plan {
-    let draft = Draft::ByMap { searched: spec.optimise != Optimise::None };
+    let draft = Draft::ByMap { searched: spec.searches() };
     let components = plan_of_try(size, draft).total() / FIRST_TRY;
     let once = [Stage::Condition, Stage::Features, Stage::Certify, Stage::Write].map(|stage| (stage, size.cost(stage)));
     Plan::new(&[&once[..], &[(Stage::Refine, components)]].concat())

@@ -1,5 +1,6 @@
 //! The only error that a caller of the engine sees.
 
+use crate::engine::field::GivenFieldError;
 use crate::engine::mesh::condition::ConditionError;
 use crate::engine::run::Blame;
 use crate::engine::run::Cancelled;
@@ -35,11 +36,14 @@ pub enum RemeshError {
         /// The limit.
         limit: f64,
     },
+    /// A given field does not fit the input.
+    #[error(transparent)]
+    Field(#[from] GivenFieldError),
     /// Exact symmetry was asked for, and the model has none.
     #[error("the model is not symmetric in {axis}: {cause}; leave symmetry out, or give a model that is")]
     NotSymmetric {
-        /// Name of the coordinate axis that is the normal of the mirror plane.
-        axis: &'static str,
+        /// The normal of the mirror plane: the name of a coordinate axis, or a vector.
+        axis: String,
         /// Why the model is not symmetric.
         cause: String,
     },
@@ -69,7 +73,7 @@ impl RemeshError {
     /// The stage that failed.
     pub fn stage(&self) -> Stage {
         match self {
-            Self::Condition(_) | Self::NotSymmetric { .. } => Stage::Condition,
+            Self::Condition(_) | Self::Field(_) | Self::NotSymmetric { .. } => Stage::Condition,
             Self::Cancelled(_) | Self::DeadlineExceeded { .. } | Self::TooManyQuads { .. } => Stage::Refine,
             Self::NoQuads { .. } | Self::NotCertified { .. } => Stage::Certify,
         }
@@ -80,6 +84,7 @@ impl Blame for RemeshError {
     fn fault(&self) -> Fault {
         match self {
             Self::Condition(e) => e.fault(),
+            Self::Field(e) => e.fault(),
             Self::Cancelled(_) | Self::DeadlineExceeded { .. } => Fault::Cancelled,
             Self::TooManyQuads { .. } => Fault::Limit,
             Self::NoQuads { .. } | Self::NotCertified { .. } | Self::NotSymmetric { .. } => Fault::Unsatisfiable,
@@ -93,9 +98,14 @@ impl Blame for RemeshError {
         }
     }
 
+    fn spec_field(&self) -> &'static str {
+        if let Self::Field(e) = self { e.spec_field() } else { "" }
+    }
+
     fn elements(&self) -> Vec<u64> {
         match self {
             Self::Condition(e) => e.elements(),
+            Self::Field(e) => e.elements(),
             _ => Vec::new(),
         }
     }

@@ -1,6 +1,7 @@
 //! From a draft to the best quads that can be made of it without another attempt: a list of steps, each of which is kept
 //! if and only if the quality rises.
 
+use crate::engine::field::FrameKind;
 use crate::engine::mend::{MendOptions, mend};
 use crate::engine::pipeline::attempt::Regularity;
 use crate::engine::pipeline::judged::{Judged, PART_LOST, judge};
@@ -124,12 +125,17 @@ impl Polisher<'_> {
         self.relaxed(draft, Vec::new())
     }
 
+    /// Whether quads are only made valid: a given field whose frames have lengths and angles says what they look like.
+    fn keeps_shapes(&self) -> bool {
+        self.problem.field.as_ref().is_some_and(|field| field.kind() == FrameKind::Skew)
+    }
+
     /// The draft with its vertices moved to where they are best, except those that are held.
     fn relaxed(&self, draft: QuadDraft, held: Vec<bool>) -> Result<QuadDraft, Cancelled> {
         let Problem { surface, index, edge_length, log_size, strokes, .. } = self.problem;
         let options = OptimiseOptions {
             edge_length: *edge_length,
-            iterations: SWEEPS,
+            iterations: if self.keeps_shapes() { 0 } else { SWEEPS },
             log_size: log_size.clone(),
             strokes: strokes.to_vec(),
             held,

@@ -140,7 +140,7 @@ fn without_features_within(case: &Case<'_>, edges: f64) -> Option<Attempt> {
 fn smoother(_: &RunContext, case: &Case<'_>) -> Result<Option<Attempt>, Cancelled> {
     let mut problem = case.base.clone();
     problem.wishes.smoothing = 0.5 + 0.5 * problem.wishes.smoothing;
-    let is_other = problem.wishes.smoothing > case.base.wishes.smoothing;
+    let is_other = problem.wishes.smoothing > case.base.wishes.smoothing && problem.field.is_none();
     Ok(is_other.then(|| again(case, problem, "of a smoother field")))
 }
 

@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::engine::certify::QuadReport;
 use crate::engine::mesh::TriMesh;
 use crate::engine::methods::{Data, Level};
+use crate::engine::pipeline::symmetry::MirrorPlane;
 use crate::engine::run::Warning;
 
 /// How the conditioned surface differs from the input; one counter per kind of repair.
@@ -146,8 +147,8 @@ pub struct Report {
     pub edge_length: f64,
     /// What became of its features.
     pub features: FeatureReport,
-    /// Axes (0, 1, 2) across which the quads are their own mirror image, as asked for.
-    pub symmetry: Vec<usize>,
+    /// Planes at which the quads are their own mirror image; at right angles to each other.
+    pub symmetry: Vec<MirrorPlane>,
     /// The quads.
     pub quads: QuadReport,
     /// The map, where one was made.

@@ -3,20 +3,20 @@
 use crate::engine::field::{colour_size, curvature_sizes, graded_sizes};
 use crate::engine::mesh::Surface;
 use crate::engine::mesh::TriangleSoup;
-use crate::engine::pipeline::spec::RemeshSpec;
+use crate::engine::pipeline::make::Asked;
 use crate::engine::run::{Cancelled, RunContext, Warning, WarningKind};
 
-/// Logarithms of the size per vertex of the surface, relative to `edge_length`; empty if all quads are to be alike.
+/// Logarithms of the size per vertex of the surface, relative to the edge length; empty if all quads are to be alike.
 /// `origin` is the position of the soup that each vertex comes from. What cannot be heeded is added to the warnings.
 pub(super) fn sizes(
     ctx: &RunContext,
     surface: &Surface,
     origin: &[u32],
     soup: &TriangleSoup,
-    spec: &RemeshSpec,
-    edge_length: f64,
+    asked: &Asked<'_>,
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<f64>, Cancelled> {
+    let Asked { spec, edge_length, field } = *asked;
     let mesh = &surface.mesh;
     let mut wanted = vec![0.0; mesh.n_vertices()];
     if spec.adaptive_size > 0.0 {
@@ -25,6 +25,9 @@ pub(super) fn sizes(
         for (wanted, size) in wanted.iter_mut().zip(curvature_sizes(mesh, &flags, edge_length)) {
             *wanted += share * size;
         }
+    }
+    if let Some(field) = field {
+        wanted.iter_mut().zip(field.sizes(mesh)).for_each(|(wanted, size)| *wanted += size);
     }
     if spec.density_from_vertex_colour {
         if soup.colours.is_empty() {

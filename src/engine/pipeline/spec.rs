@@ -1,8 +1,11 @@
 //! What a user may ask for (docs/contract.md, section 3), validated by the service before the engine sees it.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::engine::attributes::Preserve;
+use crate::engine::field::{GivenBranchPoints, GivenField};
 use crate::engine::methods::{MethodRef, Parameters};
 use crate::engine::problem::{Align, Boundary, Optimise, Wishes, WorkingMesh};
 
@@ -35,6 +38,29 @@ pub enum NonOrientable {
     Refuse,
     /// They are cut open along a curve.
     Cut,
+}
+
+/// At which planes the quads are to be exactly their own mirror image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Symmetry {
+    /// Those across these axes (0, 1, 2, each at most once), through the origin or the middle of the model; none, and
+    /// planes that the model has are only offered in a warning.
+    Across(Vec<usize>),
+    /// Those that the model nearly has, up to three at right angles to each other, in any direction.
+    Auto,
+}
+
+impl Default for Symmetry {
+    fn default() -> Self {
+        Self::Across(Vec::new())
+    }
+}
+
+impl Symmetry {
+    /// Whether any is asked for.
+    pub fn is_wanted(&self) -> bool {
+        *self != Self::default()
+    }
 }
 
 /// What must come out as quad edges.
@@ -86,10 +112,12 @@ pub struct RemeshSpec {
     pub smoothing: f64,
     /// Directions to follow, polylines in model units.
     pub strokes: Vec<Vec<DVec3>>,
+    /// A field to follow instead of one from curvature, per polygon of the input.
+    pub field: Option<Arc<GivenField>>,
     /// Branch points.
     pub optimise: Optimise,
-    /// Axes (0, 1, 2, each at most once) across which the quads are to be exactly their own mirror image.
-    pub symmetry: Vec<usize>,
+    /// Whether the quads are to be exactly their own mirror image.
+    pub symmetry: Symmetry,
     /// Where the parameterisation lives.
     pub working_mesh: WorkingMesh,
     /// Attributes carried to the quads, where the input has them.
@@ -106,13 +134,19 @@ impl RemeshSpec {
         self.adapt_count && matches!(self.target, Target::Quads(_))
     }
 
+    /// Whether branch points are searched for.
+    pub fn searches(&self) -> bool {
+        let is_kept = self.field.as_ref().is_some_and(|field| field.branch_points == GivenBranchPoints::Keep);
+        self.optimise != Optimise::None && !is_kept
+    }
+
     /// What is asked of every component alike.
     pub fn wishes(&self) -> Wishes {
         Wishes {
             boundary: self.boundary,
             align: self.align,
             smoothing: self.smoothing,
-            optimise: self.optimise,
+            optimise: if self.searches() { self.optimise } else { Optimise::None },
             working_mesh: self.working_mesh,
             adapts_count: self.adapt_count,
         }
@@ -135,8 +169,9 @@ impl Default for RemeshSpec {
             align: Align::default(),
             smoothing: 0.5,
             strokes: Vec::new(),
+            field: None,
             optimise: Optimise::default(),
-            symmetry: Vec::new(),
+            symmetry: Symmetry::default(),
             working_mesh: WorkingMesh::default(),
             preserve: Preserve::default(),
             non_orientable: NonOrientable::default(),

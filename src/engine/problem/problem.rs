@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::engine::field::FrameField;
 use crate::engine::mesh::{Surface, SurfaceIndex};
 use crate::engine::problem::{RefinementPoint, Wishes, size_at};
 
@@ -33,6 +34,8 @@ pub struct Problem {
     pub refined: Arc<[RefinementPoint]>,
     /// Lines to follow, of the whole model.
     pub strokes: Arc<[Vec<DVec3>]>,
+    /// The field to follow on the faces of the surface, where one was given.
+    pub field: Option<Arc<FrameField>>,
     /// What is asked of every component alike.
     pub wishes: Wishes,
 }

@@ -106,6 +106,7 @@ pub fn split(
             log_size,
             refined: refined.into(),
             strokes: strokes.clone(),
+            field: None,
             wishes: *wishes,
         }
     };

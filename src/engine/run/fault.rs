@@ -5,6 +5,8 @@
 pub enum Fault {
     /// The input cannot be used; another input can.
     Input,
+    /// What the request says of the input does not fit it.
+    Request,
     /// The request cannot be met on this input.
     Unsatisfiable,
     /// A limit on size or memory was reached.
@@ -22,6 +24,10 @@ pub trait Blame: std::error::Error {
     /// What was tried before a run was stopped, and why it failed.
     fn tried(&self) -> Option<String> {
         None
+    }
+    /// The field of the spec that does not fit the input; empty where it is the input that cannot be used.
+    fn spec_field(&self) -> &'static str {
+        ""
     }
     /// At most 20 offending elements in the numbering of the input (vertices or faces, as the message says).
     fn elements(&self) -> Vec<u64> {

@@ -63,9 +63,9 @@ warnings! { // code { numbers } [ texts ], message
     /// An attempt at a component failed and another one was made.
     AttemptFailed = "attempt-failed" {} [attempt, cause],
         "{attempt}: {cause}";
-    /// Quads of a fallback level follow neither sizes nor strokes.
+    /// Quads of a fallback level follow neither sizes nor strokes nor a given field.
     GuidanceIgnored = "guidance-ignored" {} [],
-        "quads of this level are even in size and follow no strokes";
+        "quads of this level are even in size and follow neither strokes nor a field";
     /// Branch points stay as the field has them: the working mesh is too large for their search.
     OptimiseLeftOut = "optimise-left-out" { triangles: usize } [],
         "branch points were not optimised: the working mesh has {triangles} triangles";
@@ -79,6 +79,13 @@ warnings! { // code { numbers } [ texts ], message
     SymmetryDeviation = "symmetry-deviation" { percent: f64 } [axis],
         "symmetry/{axis}: the side of larger {axis} is mirrored; the other one differs from that by up to {percent:.2} % \
          of the diagonal";
+    /// No symmetry was asked for, and the model nearly has one.
+    SymmetryOffered = "symmetry-offered" { percent: f64, normal_x: f64, normal_y: f64, normal_z: f64, offset: f64 } [],
+        "the model is its own mirror image within {percent:.2} % of its diagonal at the plane with the normal \
+         ({normal_x:.4}, {normal_y:.4}, {normal_z:.4}), {offset:.4} from the origin; symmetry: auto makes the quads so";
+    /// Symmetry was to be found, and the model has none.
+    NoSymmetry = "no-symmetry" { percent: f64 } [],
+        "the model is nowhere its own mirror image within {percent:.0} % of its diagonal";
     /// A stroke is far from the surface and has no effect.
     StrokeOffSurface = "stroke-off-surface" { stroke: usize } [],
         "strokes/{stroke}: no part of the surface is near this stroke";

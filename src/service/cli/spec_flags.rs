@@ -4,15 +4,19 @@
 //! wording of its refusals.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
+use crate::engine::pipeline::{GivenBranchPoints, GivenField};
 use crate::service::cli::failure::Failure;
 use crate::service::cli::files;
-use crate::service::wire::{FIELDS, Field, Flag, FlagText, Problem, ResolvedSpec, SPEC_BYTES, SpecTable};
+use crate::service::formats::{FieldFormat, read_field, read_matchings};
+use crate::service::wire::{
+    FIELDS, Field, Flag, FlagText, Problem, ResolvedSpec, SPEC_BYTES, SpecTable, json_of_field,
+};
 
 const SPEC: &str = "spec";
 /// Stands for a list without names.
@@ -25,6 +29,8 @@ pub(super) struct SpecFlags {
     spec: Option<PathBuf>,
     /// JSON texts by the names of their fields.
     fields: BTreeMap<&'static str, String>,
+    /// Files with given fields by the names of their fields.
+    files: BTreeMap<&'static str, PathBuf>,
 }
 
 impl SpecFlags {
@@ -40,7 +46,11 @@ impl SpecFlags {
             Some(path) => files::read(path, SPEC_BYTES as u64)
                 .map_err(|failure| Failure::Usage(failure.line().unwrap_or_default()))?,
         };
-        Ok(ResolvedSpec::with_flags(&text, &self.fields).map_err(Problem::invalid_spec)?)
+        let mut fields = self.fields.clone();
+        for (&name, path) in &self.files {
+            fields.insert(name, field_json(path)?);
+        }
+        Ok(ResolvedSpec::with_flags(&text, &fields).map_err(Problem::invalid_spec)?)
     }
 }
 
@@ -79,6 +89,10 @@ impl FromArgMatches for SpecFlags {
             for flag in field.flags {
                 if matches.value_source(flag.name) == Some(ValueSource::CommandLine) {
                     let texts: Vec<&String> = matches.get_many(flag.name).into_iter().flatten().collect();
+                    if field.values.flag_text() == FlagText::FieldFile {
+                        self.files.extend(texts.first().map(|path| (field.name, PathBuf::from(path.as_str()))));
+                        continue;
+                    }
                     let json = json(field.values.flag_text(), &texts);
                     let json = flag.member.map_or_else(|| json.clone(), |member| format!("{{\"{member}\": {json}}}"));
                     self.fields.insert(field.name, json);
@@ -87,6 +101,28 @@ impl FromArgMatches for SpecFlags {
         }
         Ok(())
     }
+}
+
+/// Most bytes of a file with a field: 10 million faces.
+const FIELD_BYTES: u64 = 2 << 30;
+
+/// The JSON of a field from its file; matchings are read from the file of the same name that ends in `.matching`, where
+/// there is one beside a `.rawfield`.
+fn field_json(path: &Path) -> Result<String, Failure> {
+    let usage = |text: String| Failure::Usage(format!("{}: {text}", path.display()));
+    let read =
+        |path: &Path| files::read(path, FIELD_BYTES).map_err(|failure| usage(failure.line().unwrap_or_default()));
+    let format = files::extension(path)
+        .and_then(FieldFormat::from_extension)
+        .ok_or_else(|| usage(format!("fields are read from {}", FieldFormat::ENDINGS)))?;
+    let vectors = read_field(&read(path)?, format).map_err(|error| usage(error.to_string()))?;
+    let beside = path.with_extension("matching");
+    let matchings = match format == FieldFormat::RawField && beside.is_file() {
+        true => read_matchings(&read(&beside)?).map_err(|error| usage(error.to_string()))?,
+        false => Vec::new(),
+    };
+    let field = GivenField { vectors, matchings, branch_points: GivenBranchPoints::Keep };
+    json_of_field(field).map_err(|error| usage(error.to_string()))
 }
 
 /// `quadrille spec`: the table of fields.
@@ -115,14 +151,14 @@ fn arg(field: &Field, flag: &Flag) -> Arg {
     let arg = Arg::new(flag.name).long(flag.name).value_name(flag.value).help(help).allow_negative_numbers(true);
     let values = || choices.iter().map(|&(name, help)| PossibleValue::new(name).help(help));
     match kind {
-        FlagText::Number => arg,
+        FlagText::Number | FlagText::FieldFile => arg,
         FlagText::Switch => arg
             .num_args(0..=1)
             .require_equals(true)
             .default_missing_value("true")
             .value_parser(PossibleValuesParser::new(["true", "false"])),
         FlagText::Name => arg.value_parser(PossibleValuesParser::new(values())),
-        FlagText::Names => {
+        FlagText::Names | FlagText::NamesOr(_) => {
             let none = PossibleValue::new(NONE).help("No one of these.");
             arg.action(ArgAction::Append)
                 .value_delimiter(',')
@@ -138,8 +174,9 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
     let text = texts.first().map(|text| text.as_str()).unwrap_or_default();
     match kind {
         FlagText::Switch => text.to_owned(),
-        FlagText::Name => quoted(text),
-        FlagText::Names => {
+        FlagText::Name | FlagText::FieldFile => quoted(text),
+        FlagText::NamesOr(name) if text == name && texts.len() == 1 => quoted(text),
+        FlagText::Names | FlagText::NamesOr(_) => {
             let names: Vec<String> = texts.iter().filter(|name| **name != NONE).map(|name| quoted(name)).collect();
             format!("[{}]", names.join(","))
         }
@@ -167,7 +204,7 @@ fn json(kind: FlagText, texts: &[&String]) -> String {
 mod tests {
     use super::*;
     use crate::engine::methods::Value;
-    use crate::engine::pipeline::{Align, Effort, Target};
+    use crate::engine::pipeline::{Align, Effort, GivenMatching, Symmetry, Target};
     use crate::service::wire::LevelName;
 
     fn flags(line: &[&str]) -> Result<SpecFlags, clap::Error> {
@@ -223,13 +260,29 @@ mod tests {
         ]);
         assert_eq!((spec.spec.target, spec.spec.adapt_count, spec.spec.seed), (Target::Quads(7), false, 9));
         assert!(spec.spec.density_from_vertex_colour && spec.spec.features.normals && !spec.spec.features.materials);
-        assert_eq!((spec.spec.symmetry.as_slice(), spec.spec.preserve.uv), ([0, 2].as_slice(), false));
+        assert_eq!((spec.spec.symmetry, spec.spec.preserve.uv), (Symmetry::Across(vec![0, 2]), false));
         assert_eq!(spec.options.deadline_s, 2.5);
         assert_eq!((spec.spec.method.name(), spec.spec.effort), ("triangle-pairs", Effort::Fast));
         let parameters = &spec.spec.parameters;
         assert_eq!(parameters.get(&spec.spec.method.0.parameters()[0]), Value::Choice("loose"));
         assert_eq!(spec.accept.level, Some(LevelName::L1));
         assert_eq!((spec.accept.count, spec.accept.distance), (Some(0.1), Some(0.01)));
+    }
+
+    #[test]
+    fn a_field_is_read_from_its_file_with_the_matchings_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.rawfield");
+        std::fs::write(&path, "4 1\n1 0 0 0 2 0 -1 0 0 0 -2 0\n").unwrap();
+        std::fs::write(path.with_extension("matching"), "4 1\n0 3 7 8 1\n").unwrap();
+        let field = resolved(&["--field", path.to_str().unwrap()]).spec.field.unwrap();
+        assert_eq!(field.vectors.len(), 1);
+        assert_eq!(field.matchings, [GivenMatching { from: 0, to: 3, quarters: 1 }]);
+        for name in ["none.rosy", "model.matching", "model"] {
+            let path = folder.path().join(name);
+            let failure = flags(&["--field", path.to_str().unwrap()]).unwrap().resolve().expect_err("refused");
+            assert_eq!(failure.exit_code(), 2, "{name}");
+        }
     }
 
     #[test]

@@ -50,6 +50,8 @@ fn body(method: MethodRef) -> MethodBody {
 /// What no method can do in this version.
 const CANNOT: &[&str] = &[
     "quad-dominant meshes (output)",
+    "follow a field that is a second file of an upload (field)",
+    "find symmetries other than mirror planes at right angles to each other (symmetry)",
     "symmetry of models further than 5 % of their diagonal from their mirror image (symmetry)",
     "carry animations, morph targets, or what materials of an OBJ are besides their names (preserve)",
 ];

@@ -21,12 +21,13 @@ pub use level::LevelName;
 pub use problem::{Problem, ProblemKind, problem_of_fault};
 pub use problem_body::{Figures, ProblemBody};
 pub use report::{
-    FeaturesReportBody, InputReportBody, MapBody, QuadsBody, ReportBody, ScaledJacobian, SingularityBody, Spread,
+    FeaturesReportBody, InputReportBody, MapBody, MirrorPlaneBody, QuadsBody, ReportBody, ScaledJacobian,
+    SingularityBody, Spread,
 };
 pub use spec::{
     Accept, Axis, Choice, JobOptions, MethodName, Named, Output, ResolvedSpec, SPEC_BYTES, SpecDocument, SpecSummary,
     SpecTable, SymmetryAxis,
 };
-pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText, defaults_of, own_schema};
+pub(in crate::service) use spec::{FIELDS, Field, Flag, FlagText, defaults_of, json_of_field, own_schema};
 pub use violation::Violation;
 pub use warning::WarningBody;

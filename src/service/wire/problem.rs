@@ -221,6 +221,7 @@ impl std::error::Error for Problem {}
 pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option<StopReason>) -> Problem {
     let kind = match error.fault() {
         Fault::Input => ProblemKind::MeshRejected,
+        Fault::Request => ProblemKind::InvalidSpec,
         Fault::Unsatisfiable => ProblemKind::NoQuadMesh,
         Fault::Limit => ProblemKind::MeshTooLarge,
         // Where a run happened to be when it was stopped is not where anything is wrong.
@@ -235,7 +236,11 @@ pub fn problem_of_fault(error: &dyn Blame, stage: Option<Stage>, stopped: Option
     };
     let mut elements = error.elements();
     elements.truncate(MAX_ELEMENTS);
-    Problem { stage: stage.map(Stage::name), elements, ..Problem::new(kind, sentence(&error.to_string())) }
+    let message = error.to_string();
+    let pointer = format!("/{}", error.spec_field());
+    let errors =
+        if kind == ProblemKind::InvalidSpec { vec![Violation::new(pointer, message.clone())] } else { Vec::new() };
+    Problem { stage: stage.map(Stage::name), elements, errors, ..Problem::new(kind, sentence(&message)) }
 }
 
 impl From<Cancelled> for Problem {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use crate::engine::pipeline::{FeatureReport, InputReport, MapReport, QuadReport, Report, RunFindings};
+use crate::engine::pipeline::{FeatureReport, InputReport, MapReport, MirrorPlane, QuadReport, Report, RunFindings};
 use crate::service::wire::data::json_of;
 use crate::service::wire::level::LevelName;
 use crate::service::wire::{Axis, Named, SymmetryAxis, WarningBody};
@@ -30,8 +30,11 @@ pub struct ReportBody {
     pub edge_length: f64,
     /// What became of its sharp edges.
     pub features: FeaturesReportBody,
-    /// Axes across which the quads are their own mirror image, as asked for.
+    /// Axes across which the quads are their own mirror image.
     pub symmetry: Vec<SymmetryAxis>,
+    /// Planes at which the quads are their own mirror image, also those that are across no axis.
+    #[serde(default)]
+    pub mirror_planes: Vec<MirrorPlaneBody>,
     /// The quads.
     pub quads: QuadsBody,
     /// The parameterisation, where one was made.
@@ -197,12 +200,33 @@ pub struct BranchSearchBody {
     pub accepted: usize,
 }
 
+/// A plane at which quads are their own mirror image: the points p with p · normal = offset.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MirrorPlaneBody {
+    /// A unit vector, towards the side that was solved.
+    pub normal: [f64; 3],
+    /// Distance of the plane from the origin along the normal, model units.
+    pub offset: f64,
+}
+
+impl From<&MirrorPlane> for MirrorPlaneBody {
+    fn from(plane: &MirrorPlane) -> Self {
+        Self { normal: plane.normal.to_array(), offset: plane.offset }
+    }
+}
+
+impl From<&MirrorPlaneBody> for MirrorPlane {
+    fn from(plane: &MirrorPlaneBody) -> Self {
+        Self { normal: DVec3::from_array(plane.normal), offset: plane.offset }
+    }
+}
+
 impl ReportBody {
     /// What the certificate has to know of the run to judge its quads once more.
     pub fn findings(&self) -> RunFindings {
         RunFindings {
             edge_length: self.edge_length,
-            symmetry: self.symmetry.iter().map(|axis| axis.0 as usize).collect(),
+            symmetry: self.mirror_planes.iter().map(MirrorPlane::from).collect(),
             given_up: self.features.given_up.iter().copied().map(DVec3::from_array).collect(),
         }
     }
@@ -218,7 +242,8 @@ impl ReportBody {
             input: (&report.input).into(),
             edge_length: report.edge_length,
             features: (&report.features).into(),
-            symmetry: report.symmetry.iter().filter_map(|&axis| Axis::of_index(axis)).map(Named).collect(),
+            symmetry: report.symmetry.iter().filter_map(|p| Axis::of_index(p.axis()?)).map(Named).collect(),
+            mirror_planes: report.symmetry.iter().map(MirrorPlaneBody::from).collect(),
             quads: (&report.quads).into(),
             map: report.map.as_ref().map(MapBody::from),
             timings_ms: Map::new(),

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::engine::mesh::TriMesh;
+use crate::engine::mesh::{PrincipalAxes, TriMesh, principal_axes};
 use crate::engine::methods::{Level, Method, MethodError, Parameters, Product};
 use crate::engine::problem::Problem;
 use crate::engine::quad::{Anchor, ArcCourse, LayoutArc, LayoutNode, QuadLayout, Side};
@@ -13,7 +13,7 @@ use crate::engine::run::{RunContext, Stage};
 const FACES: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 /// Points of an arc besides its first one.
 const STEPS: u32 = 16;
-/// Sweeps of Jacobi's rotations: quadratic convergence needs about five for three rows.
+/// Sweeps of turns towards the normals: quadratic convergence needs about five for three axes.
 const SWEEPS: usize = 12;
 
 /// See the module.
@@ -83,7 +83,7 @@ fn side(problem: &Problem, layout: &mut QuadLayout, a: u32, b: u32) -> Side {
 
 /// The vertices that reach furthest towards the eight corners of the box along the axes of the surface.
 fn corners(mesh: &TriMesh) -> [u32; 8] {
-    let (centre, mut axes) = principal_axes(mesh);
+    let PrincipalAxes { centre, mut axes, .. } = principal_axes(mesh);
     for _ in 0..SWEEPS {
         turn_to_normals(mesh, &mut axes);
     }
@@ -94,32 +94,6 @@ fn corners(mesh: &TriMesh) -> [u32; 8] {
         let reach = |v: &u32| (place(mesh.position(*v)) / extent).dot(signs);
         (0..mesh.n_vertices() as u32).max_by(|a, b| reach(a).total_cmp(&reach(b)).then(b.cmp(a))).unwrap_or(0)
     })
-}
-
-/// The centre of the area and its principal axes as columns, a right-handed system.
-fn principal_axes(mesh: &TriMesh) -> (DVec3, DMat3) {
-    let centroid = |f: usize| mesh.triangle(f).iter().sum::<DVec3>() / 3.0;
-    let faces = || (0..mesh.n_faces()).map(|f| (mesh.area(f), centroid(f)));
-    let area: f64 = faces().map(|(area, _)| area).sum();
-    let centre = faces().map(|(area, p)| p * area).sum::<DVec3>() / area.max(f64::MIN_POSITIVE);
-    let mut matrix = [[0.0; 3]; 3];
-    for (area, p) in faces() {
-        let d = (p - centre).to_array();
-        for (i, row) in matrix.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry += area * d[i] * d[j];
-            }
-        }
-    }
-    let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for _ in 0..SWEEPS {
-        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-            rotate(&mut matrix, &mut axes, i, j);
-        }
-    }
-    // Rows of `axes` are columns of the rotation.
-    let [x, y, _] = axes.map(DVec3::from);
-    (centre, DMat3::from_cols(x, y, x.cross(y)))
 }
 
 /// Turns the axes, two at a time, to where the sum of `area · (normal · axis)⁴` is largest: the directions that a box's
@@ -142,27 +116,6 @@ fn turn_to_normals(mesh: &TriMesh, axes: &mut DMat3) {
     }
 }
 
-/// Jacobi's rotation that makes entry (i, j) of a symmetric matrix zero; `axes` are turned with it.
-fn rotate(m: &mut [[f64; 3]; 3], axes: &mut [[f64; 3]; 3], i: usize, j: usize) {
-    if m[i][j].abs() <= f64::EPSILON * (m[i][i].abs() + m[j][j].abs()) {
-        return;
-    }
-    let angle = 0.5 * (2.0 * m[i][j]).atan2(m[i][i] - m[j][j]);
-    let (sine, cosine) = angle.sin_cos();
-    for k in 0..3 {
-        let (a, b) = (m[i][k], m[j][k]);
-        (m[i][k], m[j][k]) = (cosine * a + sine * b, cosine * b - sine * a);
-    }
-    for row in m.iter_mut() {
-        let (a, b) = (row[i], row[j]);
-        (row[i], row[j]) = (cosine * a + sine * b, cosine * b - sine * a);
-    }
-    for k in 0..3 {
-        let (a, b) = (axes[i][k], axes[j][k]);
-        (axes[i][k], axes[j][k]) = (cosine * a + sine * b, cosine * b - sine * a);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DQuat;
@@ -177,7 +130,7 @@ mod tests {
         for size in [DVec3::new(1.0, 2.0, 0.5), DVec3::ONE] {
             let positions: Vec<DVec3> = surface.mesh.positions().iter().map(|&p| turn * (size * p)).collect();
             let mesh = TriMesh::try_new(positions, surface.mesh.faces().to_vec()).unwrap();
-            let (_, axes) = principal_axes(&mesh);
+            let axes = principal_axes(&mesh).axes;
             assert!(
                 (axes.determinant() - 1.0).abs() < 1e-9
                     && (axes * axes.transpose() - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-9)

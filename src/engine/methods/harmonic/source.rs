@@ -121,7 +121,8 @@ fn with_smoothing(
     ctx.stage(Stage::Round, |ctx| {
         let scale = 1.0 / problem.edge_length;
         let uv = system.seamless_corners().iter().map(|z| scale * z).collect();
-        let mut map = seamless_grid(mesh, frames, system.direction(), &followed, uv);
+        let direction: Vec<f64> = system.gradients().iter().map(|[x, _]| x.to_angle()).collect();
+        let mut map = seamless_grid(mesh, frames, &direction, &followed, uv);
         let mut is_held: Vec<bool> = field.quarter_index.iter().map(|&q| q != 0).collect();
         corners.iter().for_each(|&v| is_held[v as usize] = true);
         hold_crossings(mesh, &map, &mut is_held);

@@ -37,6 +37,7 @@ impl Method for QuadCover {
     fn cannot(&self) -> &'static [&'static str] {
         &[
             "move branch points onto features or the boundary, or off them (optimise)",
+            "follow given matchings where the working mesh is a remesh (field, working_mesh)",
             "a free boundary together with symmetry (boundary, symmetry)",
             "promise a locally injective map: where the map folds, quads come from another method, and the level says so",
         ]

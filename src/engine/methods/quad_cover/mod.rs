@@ -15,9 +15,9 @@ use crate::engine::field::CrossField;
 use crate::engine::field::Frames;
 use crate::engine::field::stroke_guidance;
 use crate::engine::mesh::Surface;
-use crate::engine::methods::quad_cover::solve_field::frames_of;
 use crate::engine::methods::quad_cover::solve_field::solve_field;
 use crate::engine::parameterize::GridMap;
+use crate::engine::parameterize::MapAim;
 use crate::engine::parameterize::MapError;
 use crate::engine::parameterize::MapMeasures;
 use crate::engine::parameterize::MapSystem;
@@ -91,7 +91,10 @@ pub fn quad_cover(
     ctx.stage(Stage::Round, |ctx| {
         let (rounded, mut grid) = meet_count(&ctx.span(0.0, 0.9), working, &frames, &system, options)?;
         let pinned = pinned(working, &field);
-        let left = untangle(&ctx.span(0.9, 1.0), mesh, &frames, &mut grid, &pinned, rounded.scale)?;
+        let gradients = options.exact().and_then(|field| field.gradients(mesh, &frames));
+        let shapes = gradients.map(|gradients| frames.seen_by(mesh, &gradients));
+        let shapes = shapes.as_ref().unwrap_or(&frames);
+        let left = untangle(&ctx.span(0.9, 1.0), mesh, shapes, &mut grid, &pinned, rounded.scale)?;
         let mut measures = measure_map(mesh, &frames, &grid, rounded.scale);
         measures.flipped = measures.flipped.max(left);
         Ok(QuadCoverMap {
@@ -126,16 +129,16 @@ pub struct Prepared {
 /// As [`quad_cover`].
 pub fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) -> Result<Prepared, QuadCoverError> {
     let mesh = &working.mesh;
-    let frames = frames_of(mesh, &options.log_size);
+    let frames = options.frames(mesh);
     let flags = options.followed(working);
     let strokes = stroke_guidance(mesh, &frames, &options.strokes, options.edge_length);
     let (field, branch_search) =
         ctx.stage(Stage::Field, |ctx| solve_field(ctx, working, &frames, strokes.clone(), options))?;
     let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
-    let weight = (0..mesh.n_faces()).map(weight).collect();
-    let system = ctx.stage(Stage::Map, |ctx| {
-        MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), weight)
-    })?;
+    let gradients = options.exact().and_then(|field| field.gradients(mesh, &frames));
+    let aim = MapAim { weight: (0..mesh.n_faces()).map(weight).collect(), gradients };
+    let system = ctx
+        .stage(Stage::Map, |ctx| MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), aim))?;
     Ok(Prepared { frames, field, branch_search, system })
 }
 

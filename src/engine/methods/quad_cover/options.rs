@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::engine::field::BranchOptions;
-use crate::engine::mesh::Surface;
+use crate::engine::field::{BranchOptions, FrameField, FrameKind, Frames, GivenBranchPoints};
+use crate::engine::mesh::{Surface, TriMesh};
 
 /// What the method is asked for.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct QuadCoverOptions {
     pub guided: bool,
     /// Whether and how branch points are moved.
     pub branch_points: Option<BranchOptions>,
+    /// The field to follow on the faces of the working mesh, instead of one from curvature.
+    pub field: Option<FrameField>,
     /// Lines to follow, polylines in model units.
     pub strokes: Vec<Vec<DVec3>>,
     /// Whether grid lines may meet the boundary at any angle.
@@ -27,6 +29,17 @@ pub struct QuadCoverOptions {
 }
 
 impl QuadCoverOptions {
+    /// The charts and the metric of field and map. Frames that say sizes themselves live in the metric of the mesh.
+    pub(super) fn frames(&self, mesh: &TriMesh) -> Frames {
+        let is_skew = self.exact().is_some_and(|field| field.kind() == FrameKind::Skew);
+        frames_of(mesh, if is_skew { &[] } else { &self.log_size })
+    }
+
+    /// The field that is followed exactly.
+    pub(super) fn exact(&self) -> Option<&FrameField> {
+        self.field.as_ref().filter(|field| field.branch_points() == GivenBranchPoints::Keep)
+    }
+
     /// Per halfedge, whether field and map follow it.
     pub(super) fn followed(&self, surface: &Surface) -> Vec<bool> {
         let mut flags = surface.features.halfedge_flags(&surface.mesh);
@@ -41,4 +54,9 @@ impl QuadCoverOptions {
         let corners = surface.features.corners.iter().copied();
         corners.filter(|&v| !self.boundary_free || !surface.mesh.is_boundary_vertex(v)).collect()
     }
+}
+
+/// Charts and metric for sizes per vertex, empty if all quads are to be alike.
+pub(super) fn frames_of(mesh: &TriMesh, log_size: &[f64]) -> Frames {
+    if log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, log_size) }
 }

@@ -21,7 +21,7 @@ use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::remesh_graded;
 use crate::engine::methods::quad_cover::error::QuadCoverError;
-use crate::engine::methods::quad_cover::options::QuadCoverOptions;
+use crate::engine::methods::quad_cover::options::{QuadCoverOptions, frames_of};
 use crate::engine::run::RunContext;
 
 /// Edges of the coarse mesh in quad edges: branch points are kept further apart than this.
@@ -39,7 +39,7 @@ const SEARCHED: f64 = 0.72;
 /// Crosses are looked for within this many quad edges.
 const REACH: f64 = 0.5;
 
-/// The field on the working surface. Where branch points are searched for and the working mesh is much finer than the
+/// The field on the working surface: a given one as it is, or as what the search begins with. Where branch points are searched for and the working mesh is much finer than the
 /// quads, the search is done on a coarse mesh; on the working mesh they then only take their last few steps.
 pub(super) fn solve_field(
     ctx: &RunContext,
@@ -48,6 +48,13 @@ pub(super) fn solve_field(
     strokes: Option<StrokeGuidance>,
     options: &QuadCoverOptions,
 ) -> Result<(CrossField, BranchSearch), QuadCoverError> {
+    if let Some(given) = options.exact() {
+        return Ok((given.crosses(&working.mesh, frames, &options.followed(working)), BranchSearch::default()));
+    }
+    if let Some(given) = &options.field {
+        let start = given.start(&working.mesh, frames);
+        return on_mesh(ctx, working, frames, strokes, Some(start), options);
+    }
     let coarse = match options.branch_points {
         Some(_) => coarse_start(&ctx.span(0.0, SEARCHED), working, frames, options)?,
         None => None,
@@ -90,10 +97,6 @@ fn coarse_start(
     let (field, search) = on_mesh(&ctx.span(0.1, 0.95), &coarse, &coarse_frames, strokes, None, options)?;
     let start = transfer_field((&coarse.mesh, &coarse_frames, &field), (mesh, frames), REACH * options.edge_length);
     Ok(Some((start, search)))
-}
-
-pub(super) fn frames_of(mesh: &TriMesh, log_size: &[f64]) -> Frames {
-    if log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, log_size) }
 }
 
 /// Values at the vertices of a mesh, between them.

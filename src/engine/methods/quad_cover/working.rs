@@ -32,8 +32,9 @@ impl Working {
             log_size: self.log_size.clone(),
             quads: wishes.adapts_count.then_some(problem.quads),
             smoothing: wishes.smoothing,
-            guided: wishes.align == Align::Curvature,
+            guided: wishes.align == Align::Curvature && problem.field.is_none(),
             branch_points,
+            field: problem.field.as_ref().map(|field| field.carried(&problem.surface.mesh, &self.surface.mesh)),
             strokes: problem.strokes.to_vec(),
             boundary_free: wishes.boundary == Boundary::Free && has_boundary,
         }

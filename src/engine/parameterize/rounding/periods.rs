@@ -92,6 +92,22 @@ impl Periods {
         Ok(Some(Self { gram, inverse, optimum, lattice }))
     }
 
+    /// Takes from the optimum what regularisation left there: one step with the residual of the whole system, after which
+    /// the map of the optimum is the projection of the field to about 1e-12 instead of 1e-9.
+    pub(in crate::engine::parameterize) fn refine(&mut self, reduced: &Reduced, factor: &Cholesky<f64>) -> &[f64] {
+        let z = reduced.solve_continuous(factor, 1.0, &self.optimum);
+        let n = self.optimum.len();
+        let residual: Vec<f64> = (0..n)
+            .map(|j| {
+                let coupled = reduced.zq[j].iter().map(|&(i, v)| v * z[i as usize]).sum::<f64>();
+                reduced.b_q[j] - coupled - dot(&reduced.qq[j * n..][..n], &self.optimum)
+            })
+            .collect();
+        let steps: Vec<f64> = self.inverse.chunks(n.max(1)).map(|row| dot(row, &residual)).collect();
+        self.optimum.iter_mut().zip(steps).for_each(|(optimum, step)| *optimum += step);
+        &self.optimum
+    }
+
     /// Energy above the real optimum at this scale.
     pub(in crate::engine::parameterize) fn excess(&self, scale: f64, q: &[f64]) -> f64 {
         let d: Vec<f64> = q.iter().zip(&self.optimum).map(|(q, o)| q - scale * o).collect();

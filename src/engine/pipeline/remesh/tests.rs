@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::*;
 use crate::engine::mesh::shapes::sample_surface;
+use crate::engine::pipeline::Target;
 use crate::engine::run::Observer;
 
 /// Stops the run for a reason whenever a stage of a kind begins.

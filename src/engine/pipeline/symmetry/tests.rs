@@ -1,16 +1,18 @@
 use std::collections::BTreeSet;
 
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 
 use crate::engine::mesh::shapes::{sample, sample_surface};
 use crate::engine::mesh::{Surface, TriMesh, TriangleSoup};
 use crate::engine::parameterize::{rotate, rotate_integer};
-use crate::engine::pipeline::symmetry::{fold, unfold_surface};
-use crate::engine::pipeline::{Outcome, RemeshError, RemeshSpec, Target, remesh};
+use crate::engine::pipeline::symmetry::{FoundPlane, Planes, find_planes, fold, unfold_surface};
+use crate::engine::pipeline::{
+    MirrorPlane, Outcome, RemeshError, RemeshSpec, RunFindings, Symmetry, Target, check, remesh,
+};
 use crate::engine::run::{Blame, Fault, RunContext, WarningKind};
 
 fn folded_and_unfolded(surface: &Surface, axes: &[usize]) -> (Surface, Surface) {
-    let fold = fold(&RunContext::silent(), surface, &[], axes, 0.0, &mut Vec::new()).unwrap();
+    let fold = fold(&RunContext::silent(), surface, &[], &Planes::across(axes), 0.0, &mut Vec::new()).unwrap();
     let whole = unfold_surface(&fold.surface, &fold.unfoldings).unwrap();
     (fold.surface, whole)
 }
@@ -55,7 +57,11 @@ fn is_symmetric(outcome: &Outcome, axis: usize, at: f64) -> bool {
 }
 
 fn remeshed(soup: &TriangleSoup, quads: u64, symmetry: &[usize]) -> Result<Outcome, RemeshError> {
-    let spec = RemeshSpec { target: Target::Quads(quads), symmetry: symmetry.to_vec(), ..RemeshSpec::default() };
+    let spec = RemeshSpec {
+        target: Target::Quads(quads),
+        symmetry: Symmetry::Across(symmetry.to_vec()),
+        ..RemeshSpec::default()
+    };
     remesh(&RunContext::silent(), soup, &spec)
 }
 
@@ -122,4 +128,106 @@ fn a_model_without_symmetry_is_refused() {
     let refused = remeshed(&soup, 400, &[0]).unwrap_err();
     assert_eq!(refused.fault(), Fault::Unsatisfiable);
     assert!(refused.to_string().contains("not symmetric in x"), "{refused}");
+}
+
+fn turned(soup: &mut TriangleSoup) -> DMat3 {
+    let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 0.8));
+    soup.positions.iter_mut().for_each(|p| *p = turn * *p + DVec3::new(3.0, 0.5, -1.0));
+    turn
+}
+
+/// The samples are symmetric to all coordinate planes; turned and moved they are to the turned ones.
+#[test]
+fn planes_are_found_in_any_direction() {
+    for name in ["ellipsoid", "rounded_box", "gear", "genus5", "torus", "dumbbell"] {
+        let mut soup = sample(name, 3000, 0.0, 0).unwrap();
+        let plain = sample_surface(name, 3000).unwrap().mesh;
+        let turn = turned(&mut soup);
+        let mesh = TriMesh::try_new(soup.positions.clone(), plain.faces().to_vec()).unwrap();
+        for (mesh, turn, centre) in [(&plain, DMat3::IDENTITY, DVec3::ZERO), (&mesh, turn, DVec3::new(3.0, 0.5, -1.0))]
+        {
+            let symmetric = |k: usize| {
+                let plane = MirrorPlane { normal: plain_axis(k), offset: 0.0 };
+                let index = crate::engine::mesh::SurfaceIndex::new(&plain);
+                plain.positions().iter().map(|&p| index.closest(plane.image(p)).distance).fold(0.0, f64::max)
+                    < 0.01 * plain.diagonal()
+            };
+            let found = find_planes(&RunContext::silent(), mesh, 0.01).unwrap();
+            let wanted = (0..3).filter(|&k| symmetric(k)).count();
+            assert!(wanted > 0 && found.len() >= wanted.min(1), "{name}: {found:?}");
+            for FoundPlane { plane, away } in found {
+                assert!(away <= 0.01 && (plane.normal.length() - 1.0).abs() < 1e-12, "{name}");
+                assert!(
+                    (plane.normal.dot(centre) - plane.offset).abs() < 0.005 * plain.diagonal(),
+                    "{name}: {plane:?}"
+                );
+                // Bodies of revolution, and the frame of a cube, have planes in between.
+                let cosine = (0..3).map(|k| (turn * plain_axis(k)).dot(plane.normal).abs()).fold(0.0, f64::max);
+                assert!(
+                    ["torus", "dumbbell", "gear", "genus5"].contains(&name) || cosine > 0.9999,
+                    "{name}: {plane:?}"
+                );
+            }
+        }
+    }
+}
+
+fn plain_axis(k: usize) -> DVec3 {
+    DVec3::AXES[k]
+}
+
+#[test]
+fn a_model_without_a_plane_has_none() {
+    let mesh = sample_surface("trefoil", 3000).unwrap().mesh;
+    assert!(find_planes(&RunContext::silent(), &mesh, 0.01).unwrap().is_empty());
+    let spec = RemeshSpec { target: Target::Quads(600), symmetry: Symmetry::Auto, ..RemeshSpec::default() };
+    let soup = TriangleSoup::from_triangles(mesh.positions().to_vec(), mesh.faces());
+    let outcome = remesh(&RunContext::silent(), &soup, &spec).unwrap();
+    assert!(outcome.report.certified && outcome.report.symmetry.is_empty());
+    assert!(outcome.report.warnings.iter().any(|w| matches!(w.kind, WarningKind::NoSymmetry { .. })));
+}
+
+/// A turned model, one of whose sides is a little off: its quads are their own image at the planes that are reported, and
+/// the certificate can be made again from the report.
+#[test]
+fn symmetry_that_is_found_is_made_exact() {
+    let mut soup = sample("ellipsoid", 3000, 0.0, 0).unwrap();
+    soup.positions.iter_mut().for_each(|p| p.y += if p.x > 0.0 { 0.02 * p.x } else { 0.0 });
+    turned(&mut soup);
+    let spec = RemeshSpec { target: Target::Quads(600), symmetry: Symmetry::Auto, ..RemeshSpec::default() };
+    let outcome = remesh(&RunContext::silent(), &soup, &spec).unwrap();
+    let planes = outcome.report.symmetry.clone();
+    assert!(outcome.report.certified && planes.len() == 3, "{planes:?} {:?}", outcome.report.warnings);
+    let quads = &outcome.quads;
+    let size = quads.positions.iter().fold(0f64, |most, p| most.max(p.abs().max_element()));
+    let key = |p: DVec3| p.to_array().map(|x| (x / (1e-9 * size)).round() as i64);
+    let near = |p: DVec3| {
+        let [x, y, z] = key(p);
+        (0..27).map(move |i| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1])
+    };
+    let own: BTreeSet<[i64; 3]> = quads.positions.iter().map(|&p| key(p)).collect();
+    for plane in &planes {
+        for &p in &quads.positions {
+            assert!(near(plane.image(p)).any(|key| own.contains(&key)), "{plane:?}: {p}");
+        }
+    }
+    let findings = RunFindings { edge_length: outcome.report.edge_length, symmetry: planes, given_up: Vec::new() };
+    let certificate = check(&RunContext::silent(), &soup, quads, &spec, Some(&findings)).unwrap();
+    assert!(certificate.certified, "{:?}", certificate.violations);
+}
+
+/// Without symmetry asked for, that of the model is offered, and nothing else changes.
+#[test]
+fn symmetry_is_offered_where_there_is_one() {
+    let offers = |soup: &TriangleSoup| {
+        let outcome = remeshed(soup, 400, &[]).unwrap();
+        assert!(outcome.report.symmetry.is_empty());
+        let is_offer =
+            |kind: &WarningKind| matches!(kind, WarningKind::SymmetryOffered { percent, .. } if *percent < 1.0);
+        outcome.report.warnings.iter().filter(|w| is_offer(&w.kind)).count()
+    };
+    let mut soup = sample("ellipsoid", 1500, 0.0, 0).unwrap();
+    assert_eq!(offers(&soup), 1);
+    soup.positions.iter_mut().for_each(|p| p.y += 0.3 * p.x * p.x + if p.z > 0.0 { 0.5 * p.x * p.z } else { 0.0 });
+    assert_eq!(offers(&soup), 0);
 }

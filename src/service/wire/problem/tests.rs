@@ -1,6 +1,7 @@
 //! The table of problems.
 
 use super::*;
+use crate::engine::field::GivenFieldError;
 use crate::engine::pipeline::RemeshError;
 
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +32,10 @@ fn slugs_are_unique_and_statuses_are_errors() {
 
 #[test]
 fn faults_become_problems_with_at_most_twenty_elements() {
+    let given = RemeshError::from(GivenFieldError::Degenerate { polygons: vec![7] });
+    let unfit = problem_of_fault(&given, Some(given.stage()), None);
+    assert_eq!((unfit.kind, unfit.elements.as_slice()), (ProblemKind::InvalidSpec, [7].as_slice()));
+    assert_eq!(unfit.errors[0].pointer, "/field");
     let problem = problem_of_fault(&Refusal(Fault::Input), Some(Stage::Condition), None);
     assert_eq!((problem.kind.status(), problem.kind.exit_code()), (422, 3));
     assert_eq!(problem.detail, "No face is usable.");

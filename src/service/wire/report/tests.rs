@@ -18,7 +18,7 @@ fn the_shape_is_the_contracts() {
         cut_by_deadline: false,
         edge_length: 0.5,
         features: FeatureReport::default(),
-        symmetry: vec![2],
+        symmetry: vec![MirrorPlane { normal: DVec3::Z, offset: 0.5 }],
         warnings: vec![],
     };
     let mut body = ReportBody::of(&report);
@@ -27,6 +27,8 @@ fn the_shape_is_the_contracts() {
     assert_eq!(json["level"], "L3");
     assert_eq!(json["input"]["repairs"]["welded"], 3);
     assert_eq!(json["symmetry"], serde_json::json!(["z"]));
+    assert_eq!(json["mirror_planes"], serde_json::json!([{"normal": [0.0, 0.0, 1.0], "offset": 0.5}]));
+    assert_eq!(body.findings().symmetry, report.symmetry);
     assert_eq!(json["quads"]["valences"]["10"], 1);
     assert_eq!(json["quads"]["scaled_jacobian"]["min"], 0.0);
     assert_eq!(json["timings_ms"].as_object().unwrap().keys().collect::<Vec<_>>(), ["read", "field", "total"]);

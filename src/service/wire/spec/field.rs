@@ -102,6 +102,10 @@ pub(in crate::service) enum FlagText {
     Name,
     /// Names with commas between them.
     Names,
+    /// The same, or this name in the place of a list.
+    NamesOr(&'static str),
+    /// A file with a given field, which is read as its ending says.
+    FieldFile,
     /// Members of an object, each as `name=value`.
     Members,
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::engine::pipeline::{Boundary, Target};
+use crate::engine::pipeline::{Boundary, GivenVectors, Target};
 use crate::service::wire::fields::{Fields, Violations};
 use crate::service::wire::spec::resolved::ResolvedSpec;
 use crate::service::wire::spec::table::{FIELDS, GROUPS, LATER};
@@ -10,7 +10,7 @@ use crate::service::wire::{Problem, ProblemKind, Violation};
 
 /// Most bytes of a spec without its long lists.
 const PLAIN_BYTES: usize = 1 << 20;
-/// Most bytes of a spec with feature edges or strokes.
+/// Most bytes of a spec with feature edges, strokes or a field.
 pub const SPEC_BYTES: usize = 16 << 20;
 
 impl ResolvedSpec {
@@ -47,7 +47,7 @@ impl ResolvedSpec {
         let (resolved, long) = Self::read(text, flags, &mut violations);
         if text.len() - long > PLAIN_BYTES {
             let message = format!(
-                "has {} bytes besides features.edges and strokes; the most is {PLAIN_BYTES}",
+                "has {} bytes besides features.edges, strokes and field; the most is {PLAIN_BYTES}",
                 text.len() - long
             );
             violations.push(Violation::new("", message));
@@ -102,8 +102,21 @@ impl ResolvedSpec {
     fn judge(&self, found: &mut Vec<Violation>) {
         let mut violations = Violations::at("", found);
         // The half of a symmetric surface is cut open along the plane, and must follow the cut.
-        if self.spec.boundary == Boundary::Free && !self.spec.symmetry.is_empty() {
+        if self.spec.boundary == Boundary::Free && self.spec.symmetry.is_wanted() {
             violations.add("/boundary", "cannot be free together with symmetry; leave one of them out");
+        }
+        if let Some(field) = &self.spec.field {
+            if !self.spec.strokes.is_empty() {
+                violations.add("/strokes", "cannot be given together with field, which says all directions");
+            }
+            if matches!(field.vectors, GivenVectors::Frames(_)) {
+                if self.spec.adaptive_size > 0.0 {
+                    violations.add("/adaptive_size", "must be 0 with field.frames, which say the sizes");
+                }
+                if self.spec.density_from_vertex_colour {
+                    violations.add("/density_from_vertex_colour", "must be off with field.frames, which say the sizes");
+                }
+            }
         }
         if self.accept.count.is_some() && !matches!(self.spec.target, Target::Quads(_)) {
             violations.add("/accept/count", "needs a target in quads, from which it is counted");

@@ -50,20 +50,24 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for AtMost<T, N>
     }
 }
 
-fn read<T: DeserializeOwned, const N: usize>(json: &str, violations: &mut Violations<'_>) -> Option<Vec<T>> {
+/// Reads a list of at most `N`.
+pub(super) fn read_list<T: DeserializeOwned, const N: usize>(
+    json: &str,
+    violations: &mut Violations<'_>,
+) -> Option<Vec<T>> {
     violations.parse::<AtMost<T, N>>(json).map(|list| list.0)
 }
 
 /// A list is its length in summaries.
-fn count(n: usize) -> Value {
+pub(super) fn count(n: usize) -> Value {
     serde_json::json!({ "count": n })
 }
 
-fn count_reference() -> RefOr<Schema> {
+pub(super) fn count_reference() -> RefOr<Schema> {
     Ref::from_schema_name(COUNT_SCHEMA).into()
 }
 
-fn count_component() -> Component {
+pub(super) fn count_component() -> Component {
     let schema = ObjectBuilder::new()
         .property("count", ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)))
         .required("count")
@@ -89,7 +93,7 @@ impl Kind for Labels {
     type Value = Vec<String>;
 
     fn read(&self, json: &str, violations: &mut Violations<'_>) -> Option<Vec<String>> {
-        let tags = read::<String, MAX_TAGS>(json, violations)?;
+        let tags = read_list::<String, MAX_TAGS>(json, violations)?;
         for (i, tag) in tags.iter().enumerate() {
             let length = tag.chars().count();
             if length == 0 || length > MAX_TAG_LENGTH {
@@ -135,7 +139,7 @@ impl Kind for Edges {
     type Value = Vec<[u32; 2]>;
 
     fn read(&self, json: &str, violations: &mut Violations<'_>) -> Option<Self::Value> {
-        read::<[u32; 2], MAX_FEATURE_EDGES>(json, violations)
+        read_list::<[u32; 2], MAX_FEATURE_EDGES>(json, violations)
     }
 
     fn write(&self, value: &Self::Value) -> serde_json::Result<Box<RawValue>> {
@@ -179,7 +183,7 @@ impl Kind for Strokes {
     type Value = Vec<Vec<DVec3>>;
 
     fn read(&self, json: &str, violations: &mut Violations<'_>) -> Option<Self::Value> {
-        let lines = read::<AtMost<[f64; 3], MAX_STROKE_POINTS>, MAX_STROKES>(json, violations)?;
+        let lines = read_list::<AtMost<[f64; 3], MAX_STROKE_POINTS>, MAX_STROKES>(json, violations)?;
         let points: usize = lines.iter().map(|line| line.0.len()).sum();
         if points > MAX_STROKE_POINTS {
             violations.add("", format!("must have at most {MAX_STROKE_POINTS} points in all, not {points}"));

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::engine::pipeline::{Align, Boundary, Effort, NonOrientable, Optimise, Preserve, WorkingMesh};
+use crate::engine::pipeline::{
+    Align, Boundary, Effort, GivenBranchPoints, NonOrientable, Optimise, Preserve, WorkingMesh,
+};
 use crate::service::wire::spec::choice::{Chosen, Named, choices};
 
 choices! { Effort as "EffortName": "How much work may be spent beyond the first attempt at a component, in units that do \
@@ -27,6 +29,11 @@ choices! { Optimise as "OptimiseName": "What is done about branch points.", late
     None = "none": "They stay as found.";
     Relocate = "relocate": "They move to where the field has least curl.";
     Balance = "balance": "They are also created and cancelled where that saves more than it costs in rounding.";
+}
+
+choices! { GivenBranchPoints as "FieldBranchPoints": "What becomes of the branch points of a given field.", later [];
+    Keep = "keep": "They stay where the field has them, and the map follows the field exactly.";
+    Optimise = "optimise": "The field is smoothed below the size of the quads and its branch points move, as `optimise` says.";
 }
 
 choices! { WorkingMesh as "WorkingMeshName": "What the parameterisation lives on.", later [];

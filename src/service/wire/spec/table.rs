@@ -4,10 +4,12 @@
 use crate::engine::pipeline::{Align, Boundary, Effort, NonOrientable, Optimise, WorkingMesh};
 use crate::service::wire::LevelName;
 use crate::service::wire::spec::field::{Field, Flag, Group, Kind, field};
+use crate::service::wire::spec::given_field::Given;
 use crate::service::wire::spec::kinds::{Maybe, Number, Switch, Whole};
 use crate::service::wire::spec::lists::{Edges, Labels, Strokes};
 use crate::service::wire::spec::method::{OneMethod, PARAMETERS};
-use crate::service::wire::spec::names::{Attribute, Axis, Output};
+use crate::service::wire::spec::mirrors::Mirrors;
+use crate::service::wire::spec::names::{Attribute, Output};
 use crate::service::wire::spec::one_of::{one_of, some_of};
 use crate::service::wire::spec::target::Density;
 
@@ -111,6 +113,13 @@ pub(in crate::service) static FIELDS: &[Field] = &[
     ),
     field!("strokes", spec.strokes, Strokes, [], "Directions to follow, in model units, on the surface or near it."),
     field!(
+        "field",
+        spec.field,
+        Given,
+        [Flag::new("field", "FILE")],
+        "A field to follow instead of one from curvature, per polygon of the input; see docs/fields.md."
+    ),
+    field!(
         "optimise",
         spec.optimise,
         one_of::<Optimise>(),
@@ -120,7 +129,7 @@ pub(in crate::service) static FIELDS: &[Field] = &[
     field!(
         "symmetry",
         spec.symmetry,
-        some_of::<Axis>(),
+        Mirrors,
         [Flag::new("symmetry", "AXES")],
         "The quads are their own mirror image, bit for bit: the side of larger coordinates is solved. Models further than \
          5 % of their diagonal from their image are refused."

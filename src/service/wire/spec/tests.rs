@@ -7,7 +7,9 @@ use utoipa::openapi::schema::Object;
 
 use super::*;
 use crate::engine::methods::{Range, STANDARD};
-use crate::engine::pipeline::{Boundary, Preserve, RemeshSpec, Target};
+use crate::engine::pipeline::{
+    Boundary, GivenBranchPoints, GivenMatching, GivenVectors, Preserve, RemeshSpec, Symmetry, Target,
+};
 use crate::service::wire::{LevelName, Violation};
 
 fn resolve(spec: &Value) -> Result<ResolvedSpec, Vec<Violation>> {
@@ -90,7 +92,11 @@ fn sizes_strokes_and_symmetry_reach_the_engine() {
     assert_eq!((spec.adaptive_size, spec.density_from_vertex_colour), (40.0, true));
     assert_eq!(spec.strokes, [[DVec3::ZERO, DVec3::new(1.0, 0.0, 0.5)]]);
     let spec = resolve(&json!({"symmetry": ["z", "x", "z"]})).unwrap().spec;
-    assert_eq!(spec.symmetry, [0, 2]);
+    assert_eq!(spec.symmetry, Symmetry::Across(vec![0, 2]));
+    let spec = resolve(&json!({"symmetry": "auto"})).unwrap();
+    assert_eq!(spec.spec.symmetry, Symmetry::Auto);
+    assert_eq!(resolve(&serde_json::to_value(&spec).unwrap()).unwrap().spec.symmetry, Symmetry::Auto);
+    assert_eq!(pointers(json!({"symmetry": "x"})), ["/symmetry"]);
     for size in [-1.0, 100.5] {
         assert_eq!(pointers(json!({ "adaptive_size": size })), ["/adaptive_size"]);
     }
@@ -143,6 +149,40 @@ fn structured_parameters_declare_schemas_of_openapi_and_may_be_left_out() {
 fn a_free_boundary_cannot_be_a_cut_of_symmetry() {
     assert_eq!(resolve(&json!({"boundary": "free"})).unwrap().spec.boundary, Boundary::Free);
     assert_eq!(pointers(json!({"boundary": "free", "symmetry": ["x"]})), ["/boundary"]);
+}
+
+#[test]
+fn a_given_field_is_read_judged_and_written() {
+    let spec = json!({"field": {"crosses": [[1, 0, 0], [0, 2, 0.5]], "matchings": [[0, 1, 3]]}});
+    let resolved = resolve(&spec).unwrap();
+    let field = resolved.spec.field.clone().unwrap();
+    assert_eq!(field.vectors, GivenVectors::Crosses(vec![DVec3::X, DVec3::new(0.0, 2.0, 0.5)]));
+    assert_eq!(field.matchings, [GivenMatching { from: 0, to: 1, quarters: 3 }]);
+    assert_eq!(field.branch_points, GivenBranchPoints::Keep);
+    let text = serde_json::to_value(&resolved).unwrap();
+    assert_eq!(resolve(&text).unwrap().spec.field, resolved.spec.field);
+    assert_eq!(serde_json::to_value(resolved.summary()).unwrap()["field"], json!({"count": 2}));
+    let frames = json!({"frames": [[[1, 0, 0], [0, 1, 0]]], "branch_points": "optimise"});
+    let field = resolve(&json!({ "field": frames })).unwrap().spec.field.unwrap();
+    assert_eq!(field.vectors, GivenVectors::Frames(vec![[DVec3::X, DVec3::Y]]));
+    assert_eq!(field.branch_points, GivenBranchPoints::Optimise);
+    for (field, pointer) in [
+        (json!({}), "/field"),
+        (json!({"crosses": [], "frames": []}), "/field"),
+        (json!({"crosses": [[1, 0]]}), "/field/crosses"),
+        (json!({"crosses": [[1, 0, 0], [0, 0, 0]]}), "/field/crosses/1"),
+        (json!({"frames": [[[1, 0, 0], [0, 0, 0]]]}), "/field/frames/0"),
+        (json!({"crosses": [[1, 0, 0]], "matchings": [[0, 1, 4]]}), "/field/matchings/0"),
+        (json!({"crosses": [[1, 0, 0]], "branch_points": "move"}), "/field/branch_points"),
+        (json!({"crosses": [[1, 0, 0]], "faces": 1}), "/field/faces"),
+        (json!([[1, 0, 0]]), "/field"),
+    ] {
+        assert_eq!(pointers(json!({ "field": field })), [pointer]);
+    }
+    let strokes = json!([[[0, 0, 0], [1, 0, 0]]]);
+    assert_eq!(pointers(json!({"field": {"crosses": [[1, 0, 0]]}, "strokes": strokes})), ["/strokes"]);
+    let sizes = json!({"field": frames, "adaptive_size": 5, "density_from_vertex_colour": true});
+    assert_eq!(pointers(sizes), ["/adaptive_size", "/density_from_vertex_colour"]);
 }
 
 #[test]
