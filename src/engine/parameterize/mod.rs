@@ -21,6 +21,7 @@ mod untangle;
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
 pub use map_error::MapError;
 pub use measure::{MapMeasures, gradients, measure_map, seam_residual};
+pub use poisson::FaceTargets;
 pub use rounding::PeriodForm;
 pub use seamless_map::{MapSystem, RoundedIntegers};
 pub use untangle::untangle;

@@ -14,6 +14,22 @@ pub(super) fn hat_gradients(mesh: &TriMesh, frames: &Frames, f: usize) -> ([DVec
     (gradient, area)
 }
 
+/// What the gradients of a map are to be on each face, besides their directions.
+#[derive(Clone, Debug)]
+pub struct FaceTargets {
+    /// Length of both gradients per face, in grid units per model unit at scale 1.
+    pub length: Vec<f64>,
+    /// How closely the map is to follow them, per face.
+    pub weight: Vec<f64>,
+}
+
+impl From<Vec<f64>> for FaceTargets {
+    /// Gradients of length 1 with these weights.
+    fn from(weight: Vec<f64>) -> Self {
+        Self { length: vec![1.0; weight.len()], weight }
+    }
+}
+
 /// A quadratic form `xᵀ L x − 2 bᵀ x + constant` in real unknowns, lower triangle of L as summable entries.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Quadratic {
@@ -23,21 +39,22 @@ pub(super) struct Quadratic {
 }
 
 /// Assembles the energy. `direction[f]` is the angle of grad u in the frame of face f in the combed chart; grid lines
-/// are one model unit apart (scale the right-hand side for other densities). `weight` scales each face.
+/// are one model unit apart where the length of the gradients is 1 (scale the right-hand side for other densities).
 pub(super) fn assemble(
     mesh: &TriMesh,
     frames: &Frames,
     direction: &[f64],
-    weight: &[f64],
+    targets: &FaceTargets,
     forms: &CornerForms,
 ) -> Quadratic {
     let mut q = Quadratic { lower: Vec::new(), b: vec![0.0; 2 * forms.n_unknowns], constant: 0.0 };
     q.lower.reserve(mesh.n_faces() * 24);
     for f in 0..mesh.n_faces() {
         let (gradient, area) = hat_gradients(mesh, frames, f);
-        let area = area * weight[f];
-        q.constant += 2.0 * area;
-        let x = DVec2::from_angle(direction[f]);
+        let area = area * targets.weight[f];
+        let length = targets.length[f];
+        q.constant += 2.0 * area * length * length;
+        let x = DVec2::from_angle(direction[f]) * length;
         let y = x.perp();
         for k in 0..3 {
             // ∂/∂z_k of 2 Re ∫ ⟨∇z, Z⟩: u pairs with X, v with Y.

@@ -15,7 +15,7 @@ use crate::engine::parameterize::corner_forms::{CornerForms, real_parts};
 use crate::engine::parameterize::generators::generators;
 use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
 use crate::engine::parameterize::map_error::MapError;
-use crate::engine::parameterize::poisson::{Quadratic, assemble};
+use crate::engine::parameterize::poisson::{FaceTargets, Quadratic, assemble};
 use crate::engine::parameterize::quantise::quantise;
 use crate::engine::parameterize::reduced::{Reduced, Unknowns};
 use crate::engine::parameterize::rounding::{PeriodForm, Periods};
@@ -79,7 +79,7 @@ pub struct RoundedIntegers {
 
 impl MapSystem {
     /// Sets up and factors the system. `is_feature` is a flag per halfedge (features and boundary), `corners` are
-    /// vertices that must lie on integer points, `weight` says per face how closely the map is to follow the field.
+    /// vertices that must lie on integer points, `targets` are lengths and weights per face (weights alone: lengths are 1).
     ///
     /// # Errors
     /// [`MapError`] if a solve failed, the integers are not determined, or the run was stopped.
@@ -90,7 +90,7 @@ impl MapSystem {
         field: &CrossField,
         is_feature: &[bool],
         corners: &[u32],
-        weight: Vec<f64>,
+        targets: impl Into<FaceTargets>,
     ) -> Result<Self, MapError> {
         let cost = cut_costs(mesh, &field.quarter_index);
         let (cut, _, turns) = cut_and_comb(mesh, &field.matching, &field.quarter_index, &cost);
@@ -106,7 +106,7 @@ impl MapSystem {
         let (unknowns, integral) = constrain(mesh, &forms, &iso, &special)?;
         ctx.check()?;
         ctx.advance(0.1);
-        let raw: Quadratic = assemble(mesh, frames, &direction, &weight, &forms);
+        let raw: Quadratic = assemble(mesh, frames, &direction, &targets.into(), &forms);
         let reduced = Reduced::new(&raw, &unknowns);
         let n = unknowns.n_integers;
         ctx.check()?;

@@ -132,7 +132,7 @@ pub fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) 
     let (field, branch_search) =
         ctx.stage(Stage::Field, |ctx| solve_field(ctx, working, &frames, strokes.clone(), options))?;
     let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
-    let weight = (0..mesh.n_faces()).map(weight).collect();
+    let weight: Vec<f64> = (0..mesh.n_faces()).map(weight).collect();
     let system = ctx.stage(Stage::Map, |ctx| {
         MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), weight)
     })?;
