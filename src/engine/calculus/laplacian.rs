@@ -12,8 +12,7 @@ use crate::engine::numerics::{Cholesky, HermitianMatrix};
 #[derive(Clone, Debug)]
 pub struct Laplacian {
     corner: Vec<f64>,
-    /// Per vertex its row, if it is not held.
-    row: Vec<Option<u32>>,
+    is_held: Vec<bool>,
     factor: Cholesky<f64>,
 }
 
@@ -24,27 +23,23 @@ impl Laplacian {
     /// # Errors
     /// [`CalculusError::Solve`] if triangles are so thin that the matrix is not positive definite in floating point.
     pub fn new(mesh: &TriMesh, stars: &Stars, signs: &Signs, is_held: &[bool]) -> Result<Self, CalculusError> {
-        let corner = signs.corners(mesh);
-        let mut held: Vec<bool> =
-            (0..mesh.n_vertices()).map(|v| is_held[v] || signs.is_branch(mesh, v as u32)).collect();
-        if !held.contains(&true) && !held.is_empty() && signs.trivialisation(mesh).is_some() {
-            held[0] = true;
-        }
-        let mut n = 0;
-        let row: Vec<Option<u32>> = held
-            .iter()
-            .map(|&held| {
-                (!held).then(|| {
-                    n += 1;
-                    n - 1
-                })
-            })
-            .collect();
-        // Rows rise with vertices, so that the lower triangle stays the lower one.
-        let free = |&(r, c, w): &(u32, u32, f64)| Some((row[r as usize]?, row[c as usize]?, w));
-        let entries: Vec<_> = stars.laplacian(mesh, &corner).iter().filter_map(free).collect();
-        let factor = Cholesky::new(&HermitianMatrix::from_lower(n as usize, &entries))?;
-        Ok(Self { corner, row, factor })
+        let (corner, is_held, matrix) = matrix(mesh, stars, signs, is_held);
+        Ok(Self { corner, is_held, factor: Cholesky::new(&matrix)? })
+    }
+
+    /// As [`Laplacian::new`] on the same mesh with other signs: the order of elimination is kept.
+    ///
+    /// # Errors
+    /// As [`Laplacian::new`].
+    pub fn with_signs(
+        &self,
+        mesh: &TriMesh,
+        stars: &Stars,
+        signs: &Signs,
+        is_held: &[bool],
+    ) -> Result<Self, CalculusError> {
+        let (corner, is_held, matrix) = matrix(mesh, stars, signs, is_held);
+        Ok(Self { corner, is_held, factor: self.factor.refactor(&matrix)? })
     }
 
     /// Signs of the corners.
@@ -54,9 +49,9 @@ impl Laplacian {
 
     /// The function with `L x = right` at all vertices that are not held, and zero at those.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
-        let mut x: Vec<f64> = (0..right.len()).filter(|&v| self.row[v].is_some()).map(|v| right[v]).collect();
+        let mut x: Vec<f64> = right.iter().zip(&self.is_held).map(|(r, held)| if *held { 0.0 } else { *r }).collect();
         self.factor.solve(&mut x);
-        self.row.iter().map(|row| row.map_or(0.0, |i| x[i as usize])).collect()
+        x
     }
 
     /// The form `ω + df` that differs from a closed form by a differential and is co-closed at all vertices that are not held.
@@ -69,4 +64,24 @@ impl Laplacian {
         }
         form
     }
+}
+
+/// Signs of the corners, what is held, and the matrix: held rows are those of the identity, with zeros where others have
+/// entries, so that the pattern is the same whatever is held.
+fn matrix(
+    mesh: &TriMesh,
+    stars: &Stars,
+    signs: &Signs,
+    is_held: &[bool],
+) -> (Vec<f64>, Vec<bool>, HermitianMatrix<f64>) {
+    let corner = signs.corners(mesh);
+    let n = mesh.n_vertices();
+    let mut held: Vec<bool> = (0..n).map(|v| is_held[v] || signs.is_branch(mesh, v as u32)).collect();
+    if !held.contains(&true) && !held.is_empty() && signs.trivialisation(mesh).is_some() {
+        held[0] = true;
+    }
+    let mut entries = stars.laplacian(mesh, &corner);
+    entries.iter_mut().filter(|e| held[e.0 as usize] || held[e.1 as usize]).for_each(|e| e.2 = 0.0);
+    entries.extend((0..n).filter(|&v| held[v]).map(|v| (v as u32, v as u32, 1.0)));
+    (corner, held, HermitianMatrix::from_lower(n, &entries))
 }

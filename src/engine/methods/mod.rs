@@ -3,6 +3,7 @@
 
 mod coarse;
 mod cuboid;
+mod holomorphic;
 mod level;
 mod method;
 mod parameters;
@@ -14,6 +15,7 @@ mod triangle_pairs;
 mod triangle_split;
 
 pub use cuboid::Cuboid;
+pub use holomorphic::Holomorphic;
 pub use level::Level;
 pub use method::{Method, MethodError};
 pub use parameters::{Parameter, Parameters, Range, Value};
@@ -23,4 +25,4 @@ pub use triangle_pairs::TrianglePairs;
 pub use triangle_split::TriangleSplit;
 
 /// The methods of this version; the first one is the default.
-pub const STANDARD: &[&dyn Method] = &[&quad_cover::QuadCover, &TrianglePairs, &TriangleSplit, &Cuboid];
+pub const STANDARD: &[&dyn Method] = &[&quad_cover::QuadCover, &TrianglePairs, &TriangleSplit, &Cuboid, &Holomorphic];
