@@ -1,7 +1,7 @@
 //! The engine: a building of floors, each module uses only floors below it.
 //!
 //! ```text
-//! run ← numerics ← mesh ← topology ← field ← parameterize ← quad ← problem ← methods ┐
+//! run ← numerics ← mesh ← topology ← calculus ← field ← parameterize ← quad ← problem ← methods ┐
 //!                                                         attributes, certify, render ┴← pipeline
 //! ```
 //!
@@ -9,6 +9,7 @@
 //! the same doors and share one extractor, one certificate and one report. `tests/architecture.rs` holds the plan.
 
 pub mod attributes;
+pub mod calculus;
 pub mod certify;
 pub mod field;
 pub mod mend;

@@ -21,6 +21,7 @@ const ENGINE: Half = Half {
         "numerics",
         "mesh",
         "topology",
+        "calculus",
         "field",
         "parameterize",
         "quad",

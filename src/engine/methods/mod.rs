@@ -5,6 +5,7 @@ mod coarse;
 mod cuboid;
 mod data;
 mod harmonic;
+mod holomorphic;
 mod level;
 mod method;
 mod parameters;
@@ -18,6 +19,7 @@ mod triangle_split;
 pub use cuboid::Cuboid;
 pub use data::{Data, Shape};
 pub use harmonic::Harmonic;
+pub use holomorphic::Holomorphic;
 pub use level::Level;
 pub use method::{Method, MethodError};
 pub use parameters::{Parameter, Parameters, Range, Value};
@@ -27,4 +29,5 @@ pub use triangle_pairs::TrianglePairs;
 pub use triangle_split::TriangleSplit;
 
 /// The methods of this version; the first one is the default.
-pub const STANDARD: &[&dyn Method] = &[&quad_cover::QuadCover, &TrianglePairs, &TriangleSplit, &Cuboid, &Harmonic];
+pub const STANDARD: &[&dyn Method] =
+    &[&quad_cover::QuadCover, &Harmonic, &Holomorphic, &TrianglePairs, &TriangleSplit, &Cuboid];

@@ -12,7 +12,7 @@ mod random;
 mod scalar;
 
 pub use cholesky::{Cholesky, SolveError};
-pub use dense::{cholesky_lower, positive_definite_inverse};
+pub use dense::{cholesky_lower, inverse, positive_definite_inverse};
 pub use digits::rounded;
 pub use disjoint_sets::DisjointSets;
 pub use hermitian::{HermitianMatrix, Pattern, by_column};
