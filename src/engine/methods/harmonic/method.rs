@@ -67,6 +67,11 @@ impl Method for Harmonic {
         &[
             "a map on the triangles of the input (working_mesh): the graph is cut into them",
             "a free boundary (boundary)",
+            "a given graph together with symmetry (symmetry)",
+            "grow meta-edges along lines of curvature: those of its own graphs are separatrices of a smooth field",
+            "put the saddles of a surface of genus 2 or more on the meta-vertex of homology generators alone",
+            "poles, metrics other than the surface's, and the conformal continuity of the paper's appendix C",
+            "promise a locally injective map: what stays folded is counted in the report and repaired around",
         ]
     }
 
