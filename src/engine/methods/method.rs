@@ -24,6 +24,16 @@ pub trait Method: Debug + Sync {
         &[]
     }
 
+    /// Whether its quads follow the strokes of a problem; otherwise a warning says that they do not.
+    fn follows_strokes(&self) -> bool {
+        false
+    }
+
+    /// The same for a given field.
+    fn follows_fields(&self) -> bool {
+        false
+    }
+
     /// Where reports say that its quads come from.
     fn level(&self) -> Level;
 

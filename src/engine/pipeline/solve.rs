@@ -296,7 +296,8 @@ impl Search<'_> {
         if attempt.method != method {
             warnings.push(WarningKind::Fallback { level: level as u8 }.into());
         }
-        if own.is_none() && (!whole.strokes.is_empty() || whole.field.is_some()) {
+        let by = attempt.method.0;
+        if !whole.strokes.is_empty() && !by.follows_strokes() || whole.field.is_some() && !by.follows_fields() {
             warnings.push(WarningKind::GuidanceIgnored {}.into());
         }
         if let Some(triangles) = own.as_ref().and_then(|map| map.search_left_out) {

@@ -79,6 +79,10 @@ impl Method for Harmonic {
         &[GRAPH, AIM, BOUNDARY, MOST_SINGULARITIES]
     }
 
+    fn follows_strokes(&self) -> bool {
+        true
+    }
+
     fn level(&self) -> Level {
         Level::L0
     }

@@ -47,6 +47,14 @@ impl Method for QuadCover {
         &[BRANCH_PRICE]
     }
 
+    fn follows_strokes(&self) -> bool {
+        true
+    }
+
+    fn follows_fields(&self) -> bool {
+        true
+    }
+
     fn level(&self) -> Level {
         Level::L0
     }

@@ -24,7 +24,7 @@ use crate::service::wire::spec::field::{Component, Field, Flag, FlagText, Kind, 
 const SCHEMA: &str = "MethodName";
 const PARAMS: &str = "ParamsBody";
 /// Names reserved for methods of later versions; they are refused with a message that says so.
-const RESERVED_NAMES: &[&str] = &["holomorphic", "layout"];
+const RESERVED_NAMES: &[&str] = &["layout"];
 
 /// A method by name, as in a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
