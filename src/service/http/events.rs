@@ -12,7 +12,6 @@ use futures_util::Stream;
 use futures_util::stream::unfold;
 use serde_json::json;
 use tokio::sync::broadcast;
-use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::service::http::HttpState;
@@ -25,18 +24,6 @@ use crate::service::wire::{JobStatus, Problem};
 const POLL: Duration = Duration::from_secs(1);
 const HEARTBEAT: Duration = Duration::from_secs(10);
 
-/// One event of the stream, for the OpenAPI document.
-#[derive(Debug, ToSchema)]
-#[expect(dead_code, reason = "it only describes what axum's events are written as")]
-struct JobEvent {
-    /// Its number, for `Last-Event-ID`; what a follower of a waiting job is told first has none.
-    id: Option<String>,
-    /// `progress`, `stage`, `succeeded`, `failed` or `cancelled`.
-    event: Option<String>,
-    /// A JSON object as text.
-    data: Option<String>,
-}
-
 /// Follows a job.
 ///
 /// `progress` and `stage` events, then `succeeded`, `failed` or `cancelled` with the job object, after which the stream
@@ -47,7 +34,7 @@ struct JobEvent {
         ("Last-Event-ID" = Option<String>, Header, description = "Number of the last event that was seen"),
     ),
     responses(
-        (status = 200, description = "The events", body = JobEvent, content_type = "text/event-stream"),
+        (status = 200, description = "The events", body = String, content_type = "text/event-stream"),
         (status = 204, description = "The job is finished and there is nothing after the last event"),
     ))]
 pub(super) async fn job_events(
