@@ -5,7 +5,8 @@ use std::path::Path;
 use quadrille::engine::field::BranchOptions;
 use quadrille::engine::mesh::condition::{ConditionOptions, condition};
 use quadrille::engine::mesh::{FeatureOptions, Surface, detect_features};
-use quadrille::engine::methods::quad_cover::{Prepared, Working, prepare, working_surface};
+use quadrille::engine::methods::quad_cover::{MAX_FACES, Prepared, QuadCoverOptions, prepare};
+use quadrille::engine::methods::{Working, working_surface};
 use quadrille::engine::pipeline::{Optimise, RemeshSpec, Target};
 use quadrille::engine::problem::split;
 use quadrille::engine::run::RunContext;
@@ -43,8 +44,8 @@ pub(super) fn components(ctx: &RunContext, model: &str, spec: &RemeshSpec) -> Re
         other => Some(BranchOptions { create: other == Optimise::Balance, price: BranchOptions::PRICE }),
     };
     let component = |problem| {
-        let working = working_surface(ctx, &problem).map_err(|e| text(&e))?;
-        let options = working.options(&problem, branch_points.clone());
+        let working = working_surface(ctx, &problem, MAX_FACES).map_err(|e| text(&e))?;
+        let options = QuadCoverOptions::of(&problem, &working, branch_points.clone());
         let prepared = prepare(ctx, &working.surface, &options).map_err(|e| text(&e))?;
         Ok(Component { working, prepared, scale: 1.0 / problem.edge_length })
     };

@@ -52,6 +52,7 @@ pub(super) fn run(arguments: &[String]) -> Result<(), String> {
             let report = remesh(&RunContext::silent(), &soup, &spec).map_err(|e| format!("{name}: {e}"))?.report;
             let (quads, map) = (&report.quads, report.map.clone().unwrap_or_default());
             let search = map.branch_search.unwrap_or_default();
+            let [curl, rounding] = [map.curl_energy, map.rounding_energy].map(|energy| energy.unwrap_or(f64::NAN));
             println!(
                 "{name:16} {setting:9} {:4} {:4} {:8.5} {:8.5} {:4} | {:8.5} {:8.5} {:8.5} {:6.4} | {:6} {:5} {:7.4} {:7.4} {:?} {:6.1}",
                 search.points[0],
@@ -59,9 +60,9 @@ pub(super) fn run(arguments: &[String]) -> Result<(), String> {
                 search.curl_energy[0],
                 search.curl_energy[1],
                 search.evaluations,
-                map.curl_energy,
-                map.rounding_energy,
-                map.curl_energy + map.rounding_energy,
+                curl,
+                rounding,
+                curl + rounding,
                 map.arap_mean,
                 quads.count,
                 quads.irregular_interior,

@@ -76,8 +76,8 @@ impl Method for ConstantField {
             n_integers: system.n_integers(),
             measures,
             branch_search: BranchSearch::default(),
-            curl_energy: rounded.curl_energy,
-            rounding_energy: rounded.rounding_energy,
+            curl_energy: Some(rounded.curl_energy),
+            rounding_energy: Some(rounded.rounding_energy),
             search_left_out: None,
             details: Data::None,
         })))

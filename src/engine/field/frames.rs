@@ -55,9 +55,12 @@ impl Frames {
     }
 
     /// Frames in the metric in which quads of varying size are equal. `log_size` is the logarithm of the wanted size
-    /// per vertex, relative to that of the whole.
+    /// per vertex, relative to that of the whole; empty if all are to be alike.
     pub fn scaled(mesh: &TriMesh, log_size: &[f64]) -> Self {
         let mut frames = Self::new(mesh);
+        if log_size.is_empty() {
+            return frames;
+        }
         let mut edge = Vec::with_capacity(mesh.n_halfedges());
         for f in 0..mesh.n_faces() {
             let sides = scaled_sides(mesh, &frames, f, log_size);

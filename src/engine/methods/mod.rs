@@ -15,6 +15,7 @@ mod registry;
 mod subdivide;
 mod triangle_pairs;
 mod triangle_split;
+mod working;
 
 pub use cuboid::Cuboid;
 pub use data::{Data, Shape};
@@ -27,6 +28,7 @@ pub use product::{BoundaryLines, MapProduct, Product};
 pub use registry::{MethodRef, all, by_name, register};
 pub use triangle_pairs::TrianglePairs;
 pub use triangle_split::TriangleSplit;
+pub use working::{Working, working_surface};
 
 /// The methods of this version; the first one is the default.
 pub const STANDARD: &[&dyn Method] =

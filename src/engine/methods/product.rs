@@ -39,10 +39,10 @@ pub struct MapProduct {
     pub measures: MapMeasures,
     /// What the search for branch points did; no evaluations where there was none.
     pub branch_search: BranchSearch,
-    /// Energy of the seamless map relative to ½‖X‖².
-    pub curl_energy: f64,
+    /// Energy of the seamless map relative to ½‖X‖², where the map follows a field X.
+    pub curl_energy: Option<f64>,
     /// Energy added by rounding relative to ½‖X‖².
-    pub rounding_energy: f64,
+    pub rounding_energy: Option<f64>,
     /// Triangles of the working mesh where branch points were not searched for because there are too many.
     pub search_left_out: Option<usize>,
     /// What the method says of the map besides, as its own parameters say it: asked for again, it gives this map. Nothing

@@ -8,7 +8,7 @@ use crate::engine::field::{
 };
 use crate::engine::mesh::shapes::sample_surface;
 use crate::engine::mesh::{Surface, TriMesh, TriangleSoup};
-use crate::engine::parameterize::{MapAim, MapSystem, gradients, measure_map, untangle};
+use crate::engine::parameterize::{MapAim, MapSystem, Precision, gradients, measure_map, untangle};
 use crate::engine::run::RunContext;
 
 fn smooth(surface: &Surface, frames: &Frames, edge_length: f64) -> CrossField {
@@ -29,7 +29,8 @@ fn system_of(surface: &Surface, frames: &Frames, given: &FrameField) -> (MapSyst
     let mesh = &surface.mesh;
     let flags = surface.features.halfedge_flags(mesh);
     let crosses = given.crosses(mesh, frames, &flags);
-    let aim = MapAim { weight: vec![1.0; mesh.n_faces()], gradients: given.gradients(mesh, frames) };
+    let gradients = given.gradients(mesh, frames);
+    let aim = MapAim { weight: vec![1.0; mesh.n_faces()], gradients, precision: Precision::Refined };
     let corners = &surface.features.corners;
     (MapSystem::new(&RunContext::silent(), mesh, frames, &crosses, &flags, corners, aim).unwrap(), crosses)
 }

@@ -12,12 +12,23 @@ pub struct MapAim {
     /// Per face the gradients of u and v at scale 1, in the frame of the face and the chart of the cross field, the second
     /// counter-clockwise of the first; `None` where both have length 1 along the crosses.
     pub gradients: Option<Vec<[DVec2; 2]>>,
+    /// How exactly the map is to be the projection of these gradients.
+    pub precision: Precision,
+}
+
+/// How exactly a map is to be a projection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// To what the regularised period matrix leaves, about 1e-9. Integers are rounded afterwards.
+    Usual,
+    /// To about 1e-12, by one more step with the residual of the whole system.
+    Refined,
 }
 
 impl From<Vec<f64>> for MapAim {
     /// Unit crosses with these weights.
     fn from(weight: Vec<f64>) -> Self {
-        Self { weight, gradients: None }
+        Self { weight, gradients: None, precision: Precision::Usual }
     }
 }
 

@@ -22,7 +22,7 @@ mod tests;
 mod untangle;
 
 pub use grid_map::{GridMap, Iso, rotate, rotate_integer};
-pub use map_aim::MapAim;
+pub use map_aim::{MapAim, Precision};
 pub use map_error::MapError;
 pub use measure::{MapMeasures, gradients, measure_map, seam_residual};
 pub use quantise::{Flow, Variable};

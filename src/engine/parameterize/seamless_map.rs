@@ -12,7 +12,7 @@ use crate::engine::parameterize::constraints::{constrain, iso_lines, special_ver
 use crate::engine::parameterize::corner_forms::{CornerForms, real_parts};
 use crate::engine::parameterize::generators::generators;
 use crate::engine::parameterize::grid_map::{GridMap, Iso, rotate_integer};
-use crate::engine::parameterize::map_aim::MapAim;
+use crate::engine::parameterize::map_aim::{MapAim, Precision};
 use crate::engine::parameterize::map_error::MapError;
 use crate::engine::parameterize::poisson::{Quadratic, assemble};
 use crate::engine::parameterize::quantise::quantise;
@@ -117,7 +117,8 @@ impl MapSystem {
             false => Some(Periods::new(&ctx.span(0.5, 1.0), &reduced, &factor)?.ok_or(MapError::Periods { n })?),
         };
         let optimum = match &mut periods {
-            Some(periods) => periods.refine(&reduced, &factor).to_vec(),
+            Some(periods) if aim.precision == Precision::Refined => periods.refine(&reduced, &factor).to_vec(),
+            Some(periods) => periods.optimum.clone(),
             None => reduced.optimum()?,
         };
         let mut system = Self {

@@ -185,8 +185,8 @@ fn maps_by_flow_are_integral_and_keep_most_neighbours_apart() {
         let (system, by_periods, _) = map(&case);
         let by_flow = system.round_by_flow(&RunContext::silent(), mesh, case.scale).unwrap().expect(name);
         // Pairs that the decimated triangles do not join may still collapse; they are few.
-        let most = 1 + system.n_integers() / 30;
-        assert!(by_flow.fallen_together <= most, "{name}: {}", by_flow.fallen_together);
+        let most = 1 + system.n_integers() / 50;
+        assert!(by_flow.fallen_together <= most, "{name}: {} of {}", by_flow.fallen_together, system.n_integers());
         let grid = system.map(mesh, &by_flow).unwrap();
         assert!(seam_residual(mesh, &grid) < 1e-9, "{name}");
         let measures = measure_map(mesh, &case.frames, &grid, case.scale);

@@ -35,7 +35,7 @@ pub(super) fn assemble_map(problems: &[Problem], solutions: &[Solution], choice:
         singularities: Vec::new(),
         report: MapReport::default(),
     };
-    let (mut weight, mut searched, mut largest) = (0.0, 0.0, 0.0);
+    let (mut weight, mut followed, mut searched, mut largest) = (0.0, 0.0, 0.0, 0.0);
     let (mut vertices, mut halfedges) = (Vec::new(), Vec::new());
     for (problem, solution) in problems.iter().zip(solutions) {
         let Some(map) = &solution.map else { continue };
@@ -67,8 +67,11 @@ pub(super) fn assemble_map(problems: &[Problem], solutions: &[Solution], choice:
         report.seam_residual = report.seam_residual.max(map.measures.seam_residual);
         report.arap_mean += area * map.measures.arap_mean;
         report.conformal_mean += area * map.measures.conformal_mean;
-        report.curl_energy += area * map.curl_energy;
-        report.rounding_energy += area * map.rounding_energy;
+        if let (Some(curl), Some(rounding)) = (map.curl_energy, map.rounding_energy) {
+            *report.curl_energy.get_or_insert_default() += area * curl;
+            *report.rounding_energy.get_or_insert_default() += area * rounding;
+            followed += area;
+        }
         if map.details != Data::None {
             report.details.push(map.details.clone());
         }
@@ -88,15 +91,16 @@ pub(super) fn assemble_map(problems: &[Problem], solutions: &[Solution], choice:
         return None;
     }
     let report = &mut joined.report;
-    for mean in
-        [&mut report.arap_mean, &mut report.conformal_mean, &mut report.curl_energy, &mut report.rounding_energy]
-    {
-        *mean /= weight;
+    report.arap_mean /= weight;
+    report.conformal_mean /= weight;
+    for mean in [&mut report.curl_energy, &mut report.rounding_energy].into_iter().flatten() {
+        *mean /= followed;
     }
     if let Some(BranchReport { curl_energy, .. }) = &mut report.branch_search {
         curl_energy.iter_mut().for_each(|energy| *energy /= searched);
     }
-    if choice == WorkingMesh::Input {
+    // A method may have split the triangles nevertheless; then there is no order to come back to.
+    if choice == WorkingMesh::Input && 3 * joined.faces.len() == halfedges.len() {
         joined.put_in_order(&vertices, &halfedges);
     }
     joined.report.singularities = joined.singularities.clone();

@@ -104,10 +104,10 @@ pub struct MapReport {
     pub arap_mean: f64,
     /// Area-weighted mean of σ1/σ2 + σ2/σ1 over triangles that are not flipped; 2 is conformal.
     pub conformal_mean: f64,
-    /// Energy of the seamless map before rounding.
-    pub curl_energy: f64,
-    /// Energy added by rounding.
-    pub rounding_energy: f64,
+    /// Energy of the seamless map before rounding, of the components whose map follows a field.
+    pub curl_energy: Option<f64>,
+    /// Energy added by rounding, of the same components.
+    pub rounding_energy: Option<f64>,
     /// What the search for branch points did, if there was one.
     pub branch_search: Option<BranchReport>,
     /// What the method says of the map of each component, as its own parameters say it; only of components of which it says

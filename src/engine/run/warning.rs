@@ -63,9 +63,9 @@ warnings! { // code { numbers } [ texts ], message
     /// An attempt at a component failed and another one was made.
     AttemptFailed = "attempt-failed" {} [attempt, cause],
         "{attempt}: {cause}";
-    /// Quads of a fallback level follow neither sizes nor strokes nor a given field.
+    /// The method that made the quads does not follow the strokes or the field that were given.
     GuidanceIgnored = "guidance-ignored" {} [],
-        "quads of this level are even in size and follow neither strokes nor a field";
+        "the method that made these quads follows no strokes, or no given field: see its list of what it cannot do";
     /// Branch points stay as the field has them: the working mesh is too large for their search.
     OptimiseLeftOut = "optimise-left-out" { triangles: usize } [],
         "branch points were not optimised: the working mesh has {triangles} triangles";

@@ -169,10 +169,12 @@ pub struct MapBody {
     pub arap_mean: f64,
     /// Area-weighted mean of σ1/σ2 + σ2/σ1; 2 is conformal.
     pub conformal_mean: f64,
-    /// Energy of the seamless map before rounding.
-    pub curl_energy: f64,
-    /// Energy added by rounding.
-    pub rounding_energy: f64,
+    /// Energy of the seamless map before rounding; absent where no map follows a field.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curl_energy: Option<f64>,
+    /// Energy added by rounding; absent where no map follows a field.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rounding_energy: Option<f64>,
     /// What the search for branch points did; absent if there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub branch_search: Option<BranchSearchBody>,

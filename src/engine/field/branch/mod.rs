@@ -2,10 +2,9 @@
 //!
 //! The energy of a matching is what the best seamless map leaves of the field: the curl that no map can follow
 //! (`Curl`). It changes when a branch point moves, that is when the matching of one edge turns by a quarter. Its
-//! derivative with respect to *all* matchings costs one complex and one real solve, so whole batches of moves are
-//! proposed at once, and the energy is evaluated anew by a numeric factorisation of the same pattern. That measured
-//! better than rank-one updates of single moves: a batch holds as many moves as a hundred updates, and rejected batches
-//! cost one factorisation.
+//! derivative with respect to *all* matchings costs two solves, so whole batches of moves are proposed at once, and the
+//! energy is evaluated anew by a numeric factorisation of the same pattern. That measured better than rank-one updates
+//! of single moves: a batch holds as many moves as a hundred updates, and rejected batches cost one factorisation.
 
 mod curl;
 mod curl_system;

@@ -86,7 +86,7 @@ const MOVING_SHARE: f64 = 0.6;
 /// Largest batch.
 const MAX_BATCH: usize = 64;
 /// Single moves that fail in a row before the search ends. With 3, 4, 6 the map of ujoint at 5,000 quads has 0.0080,
-/// 0.0074, 0.0069 of curl after 52, 58, 84 factorisations, that of kitten .0058, .0058, .0057 after 50, 52, 86.
+/// 0.0074, 0.0069 of curl after 52, 58, 84 factorisations; that of kitten, with 4 and 6, 0.0058 and 0.0057 after 52 and 86.
 const MAX_FAILURES: usize = 4;
 /// Most edges that a branch point is carried in one batch.
 const MAX_STRIDE: usize = 6;
@@ -174,8 +174,8 @@ impl Search<'_> {
         let mut history = vec![moves.cost(self.field, self.energy.value)];
         let mut derivative = curl.derivative(mesh, &self.energy, turning);
         let mut proposed = moves.propose(self.field, &derivative);
-        // Beside bound edges the derivative promises what crosses that are held there do not let happen: what failed alone
-        // is not tried again, or it would stand first in every batch.
+        // Rings of bound edges leave constant ψ without energy: beside them the energy jumps where a matching leaves its
+        // whole turn, and the derivative is no guide. What failed alone would stand first in every batch again.
         let mut failed: Vec<usize> = Vec::new();
         while self.done.evaluations < self.limit && failures < MAX_FAILURES {
             self.ctx.check()?;

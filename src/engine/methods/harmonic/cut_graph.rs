@@ -26,6 +26,8 @@ pub(super) struct OnCutGraph {
     pub(super) singularities: Vec<Singularity>,
     /// Grid units per model unit.
     pub(super) scale: f64,
+    /// Integers of the rounded map.
+    pub(super) n_integers: usize,
 }
 
 /// The harmonic map with the integers of the rounded map of the field.
@@ -86,6 +88,6 @@ pub(super) fn on_cut_graph(
         let laplacian = ModifiedLaplacian::new(mesh, frames, &charts);
         let uv = laplacian.solve_with(&laplacian.factor(&holds)?, &holds);
         let singularities = field.singularities();
-        Ok(OnCutGraph { grid: GridMap { uv, ..map }, is_held, singularities, scale })
+        Ok(OnCutGraph { grid: GridMap { uv, ..map }, is_held, singularities, scale, n_integers: system.n_integers() })
     })
 }

@@ -30,25 +30,7 @@ pub(super) fn find_integers(
     is_held: &[bool],
     wanted: Option<f64>,
 ) -> Result<(), HarmonicError> {
-    let mut factor = 1.0;
-    let mut best: Option<(f64, Vec<i64>)> = None;
-    for attempt in 0..MOST_FACTORS {
-        let ctx = ctx.part(attempt, MOST_FACTORS);
-        let Some(extents) = near(&ctx, graph, is_held, factor)? else { break };
-        set(graph, &extents);
-        let quads = graph.quads()?.max(1.0);
-        let off = wanted.map_or(0.0, |wanted| (quads / wanted).ln().abs());
-        if best.as_ref().is_none_or(|b| off < b.0) {
-            best = Some((off, extents));
-        }
-        if off < COUNT_TOLERANCE {
-            break;
-        }
-        factor *= (wanted.unwrap_or(quads) / quads).sqrt().clamp(0.5, 2.0);
-    }
-    let (_, extents) = best.ok_or(HarmonicError::NoIntegers)?;
-    set(graph, &extents);
-    Ok(())
+    near_count(ctx, graph, wanted, |ctx, graph, factor| Ok(near(ctx, graph, is_held, factor)?))
 }
 
 /// Integers for a given graph: the given ones where there are any, others positive and near the lengths of their edges.
@@ -62,9 +44,7 @@ pub(super) fn complete_integers(
     wanted: Option<f64>,
 ) -> Result<(), HarmonicError> {
     check_signs(graph)?;
-    let mut factor = 1.0;
-    let mut best: Option<(f64, Vec<i64>)> = None;
-    for attempt in 0..MOST_FACTORS {
+    near_count(ctx, graph, wanted, |ctx, graph, factor| {
         let mut variables = variables(graph, factor, |_| 1);
         for (variable, given) in variables.iter_mut().zip(given) {
             let Some(extent) = *given else { continue };
@@ -72,12 +52,24 @@ pub(super) fn complete_integers(
             variable.weight = FIRM;
         }
         let start: Vec<i64> = variables.iter().map(|v| v.target.round() as i64).collect();
-        let flow = Flow::new(2 * graph.faces.len(), variables);
-        let found = flow.solve(&ctx.part(attempt, MOST_FACTORS), &start)?;
-        let Some(mut extents) = found else { break };
-        for (extent, given) in extents.iter_mut().zip(given) {
-            *extent = given.unwrap_or(*extent);
-        }
+        let found = Flow::new(2 * graph.faces.len(), variables).solve(ctx, &start)?;
+        let fixed = |extents: Vec<i64>| extents.iter().zip(given).map(|(&x, given)| given.unwrap_or(x)).collect();
+        Ok(found.map(fixed))
+    })
+}
+
+/// Gives the graph the integers that `solve` finds for lengths scaled by a factor, of the factors tried those that come
+/// nearest to the count wanted.
+fn near_count(
+    ctx: &RunContext,
+    graph: &mut SingularityGraph,
+    wanted: Option<f64>,
+    solve: impl Fn(&RunContext, &SingularityGraph, f64) -> Result<Option<Vec<i64>>, HarmonicError>,
+) -> Result<(), HarmonicError> {
+    let mut factor = 1.0;
+    let mut best: Option<(f64, Vec<i64>)> = None;
+    for attempt in 0..MOST_FACTORS {
+        let Some(extents) = solve(&ctx.part(attempt, MOST_FACTORS), graph, factor)? else { break };
         set(graph, &extents);
         let quads = graph.quads()?.max(1.0);
         let off = wanted.map_or(0.0, |wanted| (quads / wanted).ln().abs());

@@ -138,8 +138,9 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
                 Err(HarmonicError::Cancelled(stop)) => return Err(stop.into()),
                 Err(cause) => {
                     tracing::debug!(%cause, "no graph of separatrices");
-                    let OnCutGraph { grid, is_held, singularities, scale } = on_cut_graph(ctx, &working, problem)?;
-                    let (surface, n_integers) = (working.surface.clone(), singularities.len());
+                    let OnCutGraph { grid, is_held, singularities, scale, n_integers } =
+                        on_cut_graph(ctx, &working, problem)?;
+                    let surface = working.surface.clone();
                     Made { surface, grid, is_held, singularities, scale, n_integers, details: Data::None }
                 }
                 Ok(made) => made,
@@ -165,8 +166,8 @@ fn propose(ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Resu
         n_integers,
         measures,
         branch_search: BranchSearch::default(),
-        curl_energy: 0.0,
-        rounding_energy: 0.0,
+        curl_energy: None,
+        rounding_energy: None,
         search_left_out: None,
         details,
     })

@@ -2,17 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use crate::engine::field::{CrossField, FieldOptions, Frames, curvature_guidance, smooth_cross_field, stroke_guidance};
-use crate::engine::mesh::{LogSize, Surface, straightened, working_mesh};
+use crate::engine::mesh::Surface;
 use crate::engine::methods::harmonic::error::HarmonicError;
+use crate::engine::methods::{self, working_surface};
 use crate::engine::problem::{Align, Boundary, Problem};
 use crate::engine::run::{Cancelled, RunContext};
 
-/// Longest triangle edge relative to a quad edge, as for other maps: six to nine triangles per quad.
-const LONGEST_EDGE: f64 = 0.75;
 /// Most triangles of a working mesh: every meta-edge splits those that it crosses, and the modified Laplacian of 300,000
 /// triangles takes seconds to factor.
 const MAX_FACES: usize = 300_000;
@@ -31,20 +27,8 @@ pub(super) struct Working {
 
 impl Working {
     pub(super) fn new(ctx: &RunContext, problem: &Problem) -> Result<Self, Cancelled> {
-        let size = |p: DVec3| problem.log_size_at(p);
-        let surface = problem.surface.in_canonical_order();
-        let surface = straightened(ctx, &surface, &problem.index, problem.edge_length)?.unwrap_or(surface);
-        let log_size: Option<LogSize<'_>> = if problem.is_even() { None } else { Some(&size) };
-        let surface = working_mesh(ctx, &surface, LONGEST_EDGE * problem.edge_length, log_size, MAX_FACES)?;
-        let log_size: Vec<f64> = match problem.is_even() {
-            true => Vec::new(),
-            false => surface.mesh.positions().par_iter().map(|&p| size(p)).collect(),
-        };
-        let corner_of = corner_map(&surface, &problem.surface);
-        let frames = match log_size.is_empty() {
-            true => Frames::new(&surface.mesh),
-            false => Frames::scaled(&surface.mesh, &log_size),
-        };
+        let methods::Working { surface, corner_of, log_size } = working_surface(ctx, problem, MAX_FACES)?;
+        let frames = Frames::scaled(&surface.mesh, &log_size);
         Ok(Self { surface, corner_of, frames })
     }
 
@@ -81,13 +65,4 @@ impl Working {
         };
         Ok(smooth_cross_field(ctx, mesh, frames, &flags, guidance.as_ref(), &options)?.0)
     }
-}
-
-/// Per corner of a remeshed surface, the vertex of the original at the same place.
-fn corner_map(remeshed: &Surface, original: &Surface) -> BTreeMap<u32, u32> {
-    let key = |p: DVec3| p.to_array().map(f64::to_bits);
-    let at: BTreeMap<[u64; 3], u32> =
-        original.features.corners.iter().map(|&v| (key(original.mesh.position(v)), v)).collect();
-    let corners = remeshed.features.corners.iter();
-    corners.filter_map(|&v| at.get(&key(remeshed.mesh.position(v))).map(|&home| (v, home))).collect()
 }

@@ -5,7 +5,7 @@ use crate::engine::field::{CrossField, Frames};
 use crate::engine::mesh::TriMesh;
 use crate::engine::methods::holomorphic::differential::{Differential, index};
 use crate::engine::methods::holomorphic::error::HolomorphicError;
-use crate::engine::parameterize::{GridMap, MapAim, MapSystem, RoundedIntegers, measure_map};
+use crate::engine::parameterize::{GridMap, MapAim, MapSystem, Precision, RoundedIntegers, measure_map};
 use crate::engine::run::RunContext;
 use crate::engine::topology::Matching;
 use glam::DVec2;
@@ -75,7 +75,7 @@ impl Directions {
             [x, x.perp()]
         };
         let gradients = Some((0..mesh.n_faces()).map(along).collect());
-        let aim = MapAim { weight: vec![1.0; mesh.n_faces()], gradients };
+        let aim = MapAim { weight: vec![1.0; mesh.n_faces()], gradients, precision: Precision::Refined };
         let free = vec![false; mesh.n_halfedges()];
         Ok(MapSystem::new(ctx, mesh, &self.frames, &self.field, &free, &[], aim)?)
     }

@@ -110,8 +110,8 @@ impl Method for Holomorphic {
             n_integers: map.n_integers,
             measures: map.measures,
             branch_search: BranchSearch::default(),
-            curl_energy: map.curl_energy,
-            rounding_energy: map.rounding_energy,
+            curl_energy: Some(map.curl_energy),
+            rounding_energy: Some(map.rounding_energy),
             search_left_out: None,
             details: Data::None,
         })))

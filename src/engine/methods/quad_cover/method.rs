@@ -1,13 +1,15 @@
 //! QuadCover behind the door of all methods.
 
 use crate::engine::field::BranchOptions;
-use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, quad_cover, working_surface};
+use crate::engine::methods::quad_cover::{QuadCoverError, QuadCoverMap, QuadCoverOptions, quad_cover};
 use crate::engine::methods::{
-    BoundaryLines, Data, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range,
+    BoundaryLines, Data, Level, MapProduct, Method, MethodError, Parameter, Parameters, Product, Range, working_surface,
 };
 use crate::engine::problem::{Optimise, Problem};
 use crate::engine::run::{RunContext, Stage};
 
+/// Most triangles of a working mesh.
+pub const MAX_FACES: usize = 1_000_000;
 /// Most triangles of a working mesh on which branch points are searched for: a search of few evaluations finds little,
 /// and every evaluation is a factorisation.
 const MOST_FACES_SEARCHED: usize = 500_000;
@@ -64,7 +66,7 @@ impl Method for QuadCover {
     }
 
     fn propose(&self, ctx: &RunContext, problem: &Problem, parameters: &Parameters) -> Result<Product, MethodError> {
-        let working = ctx.stage(Stage::Refine, |ctx| working_surface(ctx, problem))?;
+        let working = ctx.stage(Stage::Refine, |ctx| working_surface(ctx, problem, MAX_FACES))?;
         let triangles = working.surface.mesh.n_faces();
         let price = parameters.number(&BRANCH_PRICE);
         let wanted = match problem.wishes.optimise {
@@ -73,7 +75,7 @@ impl Method for QuadCover {
             Optimise::Balance => Some(BranchOptions { create: true, price }),
         };
         let search_left_out = (wanted.is_some() && triangles >= MOST_FACES_SEARCHED).then_some(triangles);
-        let options = working.options(problem, wanted.filter(|_| search_left_out.is_none()));
+        let options = QuadCoverOptions::of(problem, &working, wanted.filter(|_| search_left_out.is_none()));
         let map = quad_cover(ctx, &working.surface, &options).map_err(|error| match error {
             QuadCoverError::Cancelled(stop) => MethodError::Cancelled(stop),
             other => MethodError::Nothing { cause: other.to_string(), map: None },
@@ -90,8 +92,8 @@ impl Method for QuadCover {
             n_integers,
             measures,
             branch_search,
-            curl_energy,
-            rounding_energy,
+            curl_energy: Some(curl_energy),
+            rounding_energy: Some(rounding_energy),
             search_left_out,
             details: Data::None,
         })))

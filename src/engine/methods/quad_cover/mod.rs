@@ -8,7 +8,6 @@ mod error;
 mod method;
 mod options;
 mod solve_field;
-mod working;
 
 use crate::engine::field::BranchSearch;
 use crate::engine::field::CrossField;
@@ -21,6 +20,7 @@ use crate::engine::parameterize::MapAim;
 use crate::engine::parameterize::MapError;
 use crate::engine::parameterize::MapMeasures;
 use crate::engine::parameterize::MapSystem;
+use crate::engine::parameterize::Precision;
 use crate::engine::parameterize::RoundedIntegers;
 use crate::engine::parameterize::measure_map;
 use crate::engine::parameterize::untangle;
@@ -28,9 +28,8 @@ use crate::engine::run::RunContext;
 use crate::engine::run::Stage;
 
 pub use error::QuadCoverError;
-pub use method::QuadCover;
+pub use method::{MAX_FACES, QuadCover};
 pub use options::QuadCoverOptions;
-pub use working::{Working, working_surface};
 
 /// An integer-grid map (up to flipped triangles) of one component.
 #[derive(Clone, Debug)]
@@ -136,7 +135,8 @@ pub fn prepare(ctx: &RunContext, working: &Surface, options: &QuadCoverOptions) 
         ctx.stage(Stage::Field, |ctx| solve_field(ctx, working, &frames, strokes.clone(), options))?;
     let weight = |f| if strokes.as_ref().is_some_and(|s| s.is_near(f)) { STROKE_WEIGHT } else { 1.0 };
     let gradients = options.exact().and_then(|field| field.gradients(mesh, &frames));
-    let aim = MapAim { weight: (0..mesh.n_faces()).map(weight).collect(), gradients };
+    let precision = if options.exact().is_some() { Precision::Refined } else { Precision::Usual };
+    let aim = MapAim { weight: (0..mesh.n_faces()).map(weight).collect(), gradients, precision };
     let system = ctx
         .stage(Stage::Map, |ctx| MapSystem::new(ctx, mesh, &frames, &field, &flags, &options.corners(working), aim))?;
     Ok(Prepared { frames, field, branch_search, system })

@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use crate::engine::field::{BranchOptions, FrameField, FrameKind, Frames, GivenBranchPoints};
 use crate::engine::mesh::{Surface, TriMesh};
+use crate::engine::methods::Working;
+use crate::engine::problem::{Align, Boundary, Problem};
 
 /// What the method is asked for.
 #[derive(Clone, Debug)]
@@ -29,10 +31,27 @@ pub struct QuadCoverOptions {
 }
 
 impl QuadCoverOptions {
+    /// What a problem asks of the method on a working mesh that stands for its surface.
+    pub fn of(problem: &Problem, working: &Working, branch_points: Option<BranchOptions>) -> Self {
+        let wishes = &problem.wishes;
+        let has_boundary = problem.surface.mesh.topology().boundaries > 0;
+        Self {
+            edge_length: problem.edge_length,
+            log_size: working.log_size.clone(),
+            quads: wishes.adapts_count.then_some(problem.quads),
+            smoothing: wishes.smoothing,
+            guided: wishes.align == Align::Curvature && problem.field.is_none(),
+            branch_points,
+            field: problem.field.as_ref().map(|field| field.carried(&problem.surface.mesh, &working.surface.mesh)),
+            strokes: problem.strokes.to_vec(),
+            boundary_free: wishes.boundary == Boundary::Free && has_boundary,
+        }
+    }
+
     /// The charts and the metric of field and map. Frames that say sizes themselves live in the metric of the mesh.
     pub(super) fn frames(&self, mesh: &TriMesh) -> Frames {
         let is_skew = self.exact().is_some_and(|field| field.kind() == FrameKind::Skew);
-        frames_of(mesh, if is_skew { &[] } else { &self.log_size })
+        Frames::scaled(mesh, if is_skew { &[] } else { &self.log_size })
     }
 
     /// The field that is followed exactly.
@@ -54,9 +73,4 @@ impl QuadCoverOptions {
         let corners = surface.features.corners.iter().copied();
         corners.filter(|&v| !self.boundary_free || !surface.mesh.is_boundary_vertex(v)).collect()
     }
-}
-
-/// Charts and metric for sizes per vertex, empty if all quads are to be alike.
-pub(super) fn frames_of(mesh: &TriMesh, log_size: &[f64]) -> Frames {
-    if log_size.is_empty() { Frames::new(mesh) } else { Frames::scaled(mesh, log_size) }
 }

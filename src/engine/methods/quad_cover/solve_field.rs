@@ -21,7 +21,7 @@ use crate::engine::mesh::SurfaceIndex;
 use crate::engine::mesh::TriMesh;
 use crate::engine::mesh::remesh_graded;
 use crate::engine::methods::quad_cover::error::QuadCoverError;
-use crate::engine::methods::quad_cover::options::{QuadCoverOptions, frames_of};
+use crate::engine::methods::quad_cover::options::QuadCoverOptions;
 use crate::engine::run::RunContext;
 
 /// Edges of the coarse mesh in quad edges: branch points are kept further apart than this.
@@ -92,7 +92,7 @@ fn coarse_start(
         Some(log_size) => coarse.mesh.positions().par_iter().map(|&p| log_size(p)).collect(),
         None => Vec::new(),
     };
-    let coarse_frames = frames_of(&coarse.mesh, &log_size);
+    let coarse_frames = Frames::scaled(&coarse.mesh, &log_size);
     let strokes = stroke_guidance(&coarse.mesh, &coarse_frames, &options.strokes, options.edge_length);
     let (field, search) = on_mesh(&ctx.span(0.1, 0.95), &coarse, &coarse_frames, strokes, None, options)?;
     let start = transfer_field((&coarse.mesh, &coarse_frames, &field), (mesh, frames), REACH * options.edge_length);

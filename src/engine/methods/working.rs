@@ -1,14 +1,12 @@
-//! The triangles that the map lives on: fine enough for the density, with room between features.
+//! The triangles that a map lives on: fine enough for the density, with room between features.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::engine::field::BranchOptions;
 use crate::engine::mesh::{LogSize, Surface, straightened, working_mesh};
-use crate::engine::methods::quad_cover::QuadCoverOptions;
-use crate::engine::problem::{Align, Boundary, Problem, WorkingMesh};
+use crate::engine::problem::{Problem, WorkingMesh};
 use crate::engine::run::{Cancelled, RunContext};
 
 /// A working surface and how its corners are numbered on the surface that it stands for.
@@ -22,36 +20,14 @@ pub struct Working {
     pub log_size: Vec<f64>,
 }
 
-impl Working {
-    /// What the problem that this stands for asks of the method.
-    pub fn options(&self, problem: &Problem, branch_points: Option<BranchOptions>) -> QuadCoverOptions {
-        let wishes = &problem.wishes;
-        let has_boundary = problem.surface.mesh.topology().boundaries > 0;
-        QuadCoverOptions {
-            edge_length: problem.edge_length,
-            log_size: self.log_size.clone(),
-            quads: wishes.adapts_count.then_some(problem.quads),
-            smoothing: wishes.smoothing,
-            guided: wishes.align == Align::Curvature && problem.field.is_none(),
-            branch_points,
-            field: problem.field.as_ref().map(|field| field.carried(&problem.surface.mesh, &self.surface.mesh)),
-            strokes: problem.strokes.to_vec(),
-            boundary_free: wishes.boundary == Boundary::Free && has_boundary,
-        }
-    }
-}
-
 /// Longest triangle edge relative to a quad edge: six to nine triangles per quad. Singularities need triangles between
 /// them, and time and memory of field and map are in proportion to the number of triangles.
 const LONGEST_EDGE: f64 = 0.75;
-/// Most triangles of a working mesh.
-const MAX_FACES: usize = 1_000_000;
-
-/// Makes the working surface for the quads of a problem.
+/// Makes the working surface for the quads of a problem, with at most `max_faces` triangles unless it is the input.
 ///
 /// # Errors
 /// [`Cancelled`] only.
-pub fn working_surface(ctx: &RunContext, problem: &Problem) -> Result<Working, Cancelled> {
+pub fn working_surface(ctx: &RunContext, problem: &Problem, max_faces: usize) -> Result<Working, Cancelled> {
     let Problem { surface, index, edge_length, .. } = problem;
     let max_edge = LONGEST_EDGE * edge_length;
     let size = |p: DVec3| problem.log_size_at(p);
@@ -62,7 +38,7 @@ pub fn working_surface(ctx: &RunContext, problem: &Problem) -> Result<Working, C
             let surface = surface.in_canonical_order();
             let surface = straightened(ctx, &surface, index, *edge_length)?.unwrap_or(surface);
             let log_size: Option<LogSize<'_>> = if problem.is_even() { None } else { Some(&size) };
-            working_mesh(ctx, &surface, max_edge, log_size, MAX_FACES)?
+            working_mesh(ctx, &surface, max_edge, log_size, max_faces)?
         }
     };
     let corner_of = corner_map(&working, surface);
